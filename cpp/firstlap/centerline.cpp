@@ -1,0 +1,230 @@
+#include "firstlap/centerline.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+namespace firstlap {
+namespace {
+
+// One look at the walls from a point.
+struct Look {
+  double right = 0.0;  // [m] distance that counts, seen or estimated
+  double left = 0.0;
+  Support support = Support::none;
+  Point2 right_sample;
+  Point2 left_sample;
+  double gx = 0.0;  // gradient of (right - left): towards the left wall
+  double gy = 0.0;
+
+  [[nodiscard]] double imbalance() const noexcept { return right - left; }
+  [[nodiscard]] double slope() const noexcept { return std::hypot(gx, gy); }
+};
+
+struct SideLook {
+  double distance = 0.0;
+  double beyond = 0.0;  // [m] past the visible end
+  bool representative = false;
+  Point2 sample;
+};
+
+// A side stands for the wall where its nearest sample is not a visible end that the point has passed.
+SideLook look_at(const WallSide& side, double x, double y) noexcept {
+  SideLook look;
+  if (side.size() == 0) return look;
+  const Nearest nearest = nearest_sample(side, x, y);
+  look.distance = nearest.distance;
+  look.sample = {static_cast<double>(side.x[nearest.index]), static_cast<double>(side.y[nearest.index])};
+  const Point2 out = side.outward[nearest.index];
+  look.beyond = (x - look.sample.x) * out.x + (y - look.sample.y) * out.y;
+  look.representative = look.beyond <= 0.1 * nearest.distance;
+  return look;
+}
+
+// What lies out of sight is as far away as the width says, or nearer where its end is seen to be. Just
+// past an apex the track is wider than along it: the line goes round the apex, not along the outer wall.
+double estimated(const SideLook& hidden, double other, double width, double apex_width) noexcept {
+  const double near_apex = std::max(0.0, 1.0 - std::max(0.0, hidden.beyond) / width);
+  const double by_width = width * (1.0 + apex_width * near_apex) - other;
+  return hidden.distance > 0.0 ? std::min(hidden.distance, by_width) : by_width;
+}
+
+Look look_around(const WallsSeen& walls, double x, double y, double width, const TrackWidthParams& params) noexcept {
+  SideLook right = look_at(walls.right, x, y);
+  SideLook left = look_at(walls.left, x, y);
+  if (right.representative && left.representative && right.distance + left.distance > params.width_max)
+    (right.distance > left.distance ? right : left).representative = false;
+
+  Look look;
+  look.right_sample = right.sample;
+  look.left_sample = left.sample;
+  look.right = right.representative || left.representative ? right.distance : 0.0;
+  look.left = left.distance;
+  bool use_right = right.representative;
+  bool use_left = left.representative;
+  if (use_right && use_left) {
+    look.support = Support::both;
+  } else if (use_right) {
+    look.support = Support::right;
+    look.left = estimated(left, right.distance, width, params.apex_width);
+    use_left = left.distance > 0.0 && left.distance <= look.left;
+  } else if (use_left) {
+    look.support = Support::left;
+    look.right = estimated(right, left.distance, width, params.apex_width);
+    use_right = right.distance > 0.0 && right.distance <= look.right;
+  }
+  const double inverse_right = use_right && right.distance > 1e-6 ? 1.0 / right.distance : 0.0;
+  const double inverse_left = use_left && left.distance > 1e-6 ? 1.0 / left.distance : 0.0;
+  // An estimated side moves against the seen one: its half of the gradient is the same again.
+  const double weight_right = use_left ? 1.0 : 2.0;
+  const double weight_left = use_right ? 1.0 : 2.0;
+  look.gx = weight_right * (x - right.sample.x) * inverse_right - weight_left * (x - left.sample.x) * inverse_left;
+  look.gy = weight_right * (y - right.sample.y) * inverse_right - weight_left * (y - left.sample.y) * inverse_left;
+  return look;
+}
+
+class Tracer {
+ public:
+  Tracer(const WallsSeen& walls, const Buffer<TrailPoint>& trail, double width, const CarGeometry& car,
+         const TrackWidthParams& width_params, const CenterlineParams& params) noexcept
+      : walls_(walls), trail_(trail), width_params_(width_params), params_(params), width_(width),
+        half_car_(0.5 * car.width) {}
+
+  // The point of the line nearest to (x, y); false where there is none within reach.
+  bool project(double& x, double& y, Look& look) const noexcept {
+    for (int i = 0; i < 8; ++i) {
+      look = look_around(walls_, x, y, width_, width_params_);
+      if (look.support == Support::none) return false;
+      if (!correct(look, x, y, 0.5)) return false;
+    }
+    look = look_around(walls_, x, y, width_, width_params_);
+    return look.support != Support::none && std::abs(look.imbalance()) < 0.2;
+  }
+
+  // Follows the line from (x, y) for `length` metres, forwards (+1) or backwards (-1).
+  LineEnd follow(double x, double y, Look look, double direction, double length, Buffer<CenterlinePoint>& out) const
+      noexcept {
+    LocalWidth width(width_, width_params_);
+    double hx = direction * look.gy / look.slope();
+    double hy = -direction * look.gx / look.slope();
+    for (double s = 0.0; s <= length; s += params_.spacing) {
+      if (s > 0.0) {
+        x += params_.spacing * hx;
+        y += params_.spacing * hy;
+        look = look_around(walls_, x, y, width.value(), width_params_);
+        if (look.support == Support::none) return LineEnd::unseen;
+        correct(look, x, y, 0.7 * params_.spacing);
+        look = look_around(walls_, x, y, width.value(), width_params_);
+        if (look.support == Support::none) return LineEnd::unseen;
+        turn(look, direction, hx, hy);
+      }
+      if (std::min(look.right, look.left) < half_car_) return LineEnd::narrow;
+      if (direction > 0.0 && runs_against_trail(x, y, hx, hy, s)) return LineEnd::turns_back;
+      const bool pair = look.support == Support::both;
+      if (pair)
+        width.observe(look.right + look.left);
+      else
+        width.miss(params_.spacing);
+      const double w = pair ? look.right + look.left : width.value();
+      if (!out.push({x, y, w, look.support, look.right_sample, look.left_sample})) return LineEnd::length;
+    }
+    return LineEnd::length;
+  }
+
+ private:
+  // One Newton step towards equal distances, at most `reach` [m].
+  static bool correct(const Look& look, double& x, double& y, double reach) noexcept {
+    const double slope = look.slope();
+    if (slope < 0.2) return false;
+    const double step = std::clamp(-look.imbalance() / slope, -reach, reach);
+    x += step * look.gx / slope;
+    y += step * look.gy / slope;
+    return true;
+  }
+
+  // Turns the heading along the line, at most 0.6 rad a step; where both walls pull the same way (a
+  // dead end, a pocket) it stays.
+  static void turn(const Look& look, double direction, double& hx, double& hy) noexcept {
+    const double slope = look.slope();
+    if (slope < 0.3) return;
+    const double tx = direction * look.gy / slope;
+    const double ty = -direction * look.gx / slope;
+    const double limit = 0.6;
+    const double angle = std::clamp(std::atan2(hx * ty - hy * tx, hx * tx + hy * ty), -limit, limit);
+    const double c = std::cos(angle);
+    const double s = std::sin(angle);
+    const double nx = c * hx - s * hy;
+    hy = s * hx + c * hy;
+    hx = nx;
+  }
+
+  [[nodiscard]] bool runs_against_trail(double x, double y, double hx, double hy, double s) const noexcept {
+    if (s < 1.0) return false;
+    const double near = 0.3 * width_;
+    for (std::size_t i = 0; i < trail_.size(); ++i) {
+      const TrailPoint& p = trail_[i];
+      const double dx = x - p.x;
+      const double dy = y - p.y;
+      if (dx * dx + dy * dy < near * near && hx * std::cos(p.yaw) + hy * std::sin(p.yaw) < -0.5) return true;
+    }
+    return false;
+  }
+
+  const WallsSeen& walls_;
+  const Buffer<TrailPoint>& trail_;
+  const TrackWidthParams& width_params_;
+  const CenterlineParams& params_;
+  double width_;
+  double half_car_;
+};
+
+// True where the straight way from a to b meets a wall: what lies behind it is not this track.
+bool meets_wall(const WallsSeen& walls, Point2 a, Point2 b, double spacing) noexcept {
+  const double length = std::hypot(b.x - a.x, b.y - a.y);
+  const int pieces = static_cast<int>(2.0 * length / spacing);
+  for (int k = 1; k <= pieces; ++k) {
+    const double t = static_cast<double>(k) / static_cast<double>(pieces);
+    const double x = a.x + t * (b.x - a.x);
+    const double y = a.y + t * (b.y - a.y);
+    const double nearest = std::min(nearest_sample(walls.left, x, y).distance, nearest_sample(walls.right, x, y).distance);
+    if (nearest < 0.6 * spacing) return true;
+  }
+  return false;
+}
+
+double line_length(const Buffer<CenterlinePoint>& points, std::size_t first) noexcept {
+  double length = 0.0;
+  for (std::size_t i = first + 1; i < points.size(); ++i)
+    length += std::hypot(points[i].x - points[i - 1].x, points[i].y - points[i - 1].y);
+  return length;
+}
+
+}  // namespace
+
+void trace_centerline(const WallsSeen& walls, const Buffer<TrailPoint>& trail, double width, const CarGeometry& car,
+                      const TrackWidthParams& width_params, const CenterlineParams& params,
+                      Centerline& line) noexcept {
+  line.points.clear();
+  line.nearest = 0;
+  line.ahead = 0.0;
+  line.end = LineEnd::none;
+  const Tracer tracer(walls, trail, width, car, width_params, params);
+
+  // The walls beside the car may be out of sight: begin as near to the front axle as the line is known.
+  for (const double ahead : {0.0, 0.5, 1.0, 1.5, 2.0, -0.5}) {
+    double x = car.wheelbase + ahead;
+    double y = 0.0;
+    Look look;
+    if (!tracer.project(x, y, look) || look.slope() < 0.2) continue;
+    if (meets_wall(walls, {car.wheelbase, 0.0}, {x, y}, params.spacing)) continue;
+    tracer.follow(x, y, look, -1.0, params.start_behind + std::max(0.0, ahead), line.points);
+    std::reverse(line.points.begin(), line.points.end());
+    if (!line.points.empty()) line.points.shrink(line.points.size() - 1);
+    line.nearest = line.points.size();
+    line.end = tracer.follow(x, y, look, 1.0, params.length, line.points);
+    line.ahead = line_length(line.points, std::min(line.nearest, line.points.size())) + std::max(0.0, ahead);
+    return;
+  }
+}
+
+}  // namespace firstlap

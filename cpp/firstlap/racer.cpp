@@ -1,0 +1,215 @@
+#include "firstlap/racer.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "firstlap/velocity_profile.hpp"
+#include "firstlap/wall_memory.hpp"
+
+namespace firstlap {
+namespace {
+
+constexpr double longest_pause = 0.5;  // [s] between scans; after more, what was seen means nothing
+
+bool plausible(const VehicleState& state, double dt) noexcept {
+  return std::isfinite(state.speed) && std::abs(state.speed) < 50.0 && std::isfinite(state.yaw_rate) &&
+         std::abs(state.yaw_rate) < 50.0 && std::isfinite(state.steering_angle) &&
+         std::abs(state.steering_angle) < 3.2 && std::isfinite(dt) && dt >= 0.0;
+}
+
+// Smallest distance of (x, y) to either wall.
+double wall_distance(const WallsSeen& walls, double x, double y) noexcept {
+  const double left = nearest_sample(walls.left, x, y).distance;
+  const double right = nearest_sample(walls.right, x, y).distance;
+  return std::min(left, right);
+}
+
+}  // namespace
+
+Racer::Racer(const Params& params)
+    : params_(params), ranges_(max_points), spline_(max_line_points), widths_(max_line_points) {
+  validate(params);
+  reset();
+}
+
+void Racer::set_params(const Params& params) {
+  validate(params);
+  params_ = params;
+}
+
+void Racer::reset() noexcept {
+  memory_.walls.left.clear();
+  memory_.walls.right.clear();
+  memory_.path.clear();
+  memory_.trail.clear();
+  memory_.width = params_.track_width.width_initial;
+  memory_.without_path = longest_pause;
+  memory_.trail_step = 0.0;
+  memory_.state = {};
+  memory_.steering_command = 0.0;
+  memory_.awake = false;
+}
+
+StepResult Racer::step(const LaserScan& scan, const VehicleState& state, double dt) noexcept {
+  trace_.path.clear();
+  trace_.line.points.clear();
+  if (!plausible(state, dt)) return trace_.result = stop(VehicleState{}, 0.0, Status::bad_state);
+  if (!memory_.awake || dt > longest_pause) reset();
+  move_memory(state, dt);
+  if (!perceive(scan, state)) return trace_.result = hold_or_stop(state, dt, Status::bad_scan);
+  choose_line();
+  if (!plan(state)) return trace_.result = hold_or_stop(state, dt, Status::no_path);
+  return trace_.result = follow(state, dt, Status::ok);
+}
+
+// Dead reckoning: what is remembered is expressed in today's base_link.
+void Racer::move_memory(const VehicleState& state, double dt) noexcept {
+  const double yaw_rate = 0.5 * (state.yaw_rate + (memory_.awake ? memory_.state.yaw_rate : state.yaw_rate));
+  const double speed = 0.5 * (state.speed + (memory_.awake ? memory_.state.speed : state.speed));
+  const double turn = yaw_rate * dt;
+  const Pose2 motion{speed * dt * std::cos(0.5 * turn), speed * dt * std::sin(0.5 * turn), turn};
+  move_walls(motion, dt, memory_.walls);
+
+  const double c = std::cos(turn);
+  const double s = std::sin(turn);
+  const auto move = [&](auto& p) {
+    const double dx = p.x - motion.x;
+    const double dy = p.y - motion.y;
+    p.x = c * dx + s * dy;
+    p.y = -s * dx + c * dy;
+    p.yaw -= turn;
+  };
+  for (TrajectoryPoint& p : memory_.path) move(p);
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < memory_.trail.size(); ++i) {
+    TrailPoint p = memory_.trail[i];
+    move(p);
+    p.age += dt;
+    if (p.age < params_.centerline.trail_time) memory_.trail[kept++] = p;
+  }
+  memory_.trail.shrink(kept);
+  memory_.trail_step += std::abs(speed) * dt;
+  if (memory_.trail_step > 0.2 || memory_.trail.empty()) {
+    memory_.trail.push({0.0, 0.0, 0.0, 0.0});
+    memory_.trail_step = 0.0;
+  }
+  memory_.without_path += dt;
+}
+
+bool Racer::perceive(const LaserScan& scan, const VehicleState& state) noexcept {
+  trace_.points.clear();
+  trace_.sections.clear();
+  trace_.samples.clear();
+  if (!table_.prepare(scan)) return false;
+  scan_to_points(scan, table_, state, params_.scan, params_.car, trace_.points);
+  if (trace_.points.size() < 4) return false;
+  segment(trace_.points, table_.angle_step(), memory_.width, params_.segmentation, trace_.sections);
+  sample_sections(trace_.points, trace_.sections, params_.centerline.spacing, trace_.samples);
+  vote_by_past(memory_.walls, memory_.path, params_.segmentation, trace_.samples);
+  ranges_by_beam(trace_.points, table_.size(), ranges_);
+  return true;
+}
+
+void Racer::build_line(std::size_t split, WallsSeen& walls, Centerline& line) noexcept {
+  const SegmentationParams& p = params_.segmentation;
+  split_into_sides(trace_.sections, trace_.samples, split, params_.centerline.spacing,
+                   passable_gap(memory_.width, p), p.chain_gap, walls);
+  recall_hidden(memory_.walls, table_, ranges_, params_.car, params_.centerline.memory_time, walls);
+  trace_centerline(walls, memory_.trail, memory_.width, params_.car, params_.track_width, params_.centerline, line);
+}
+
+// The best split is the one whose line is usable for longest; the second best is tried only where the
+// first one's line is short.
+void Racer::choose_line() noexcept {
+  constexpr double enough = 2.5;  // [m] of line that leaves no doubt
+  trace_.candidates = rank_splits(trace_.points, trace_.sections, trace_.samples, memory_.width, params_.car,
+                                  params_.segmentation);
+  double best = -1.0;
+  for (std::size_t i = 0; i < trace_.candidates.count && best < enough; ++i) {
+    const SplitCandidate& candidate = trace_.candidates.items[i];
+    build_line(candidate.split, other_walls_, other_line_);
+    const double penalty = other_line_.end == LineEnd::turns_back ? 0.3 : 1.0;
+    const double value = penalty * std::min(other_line_.ahead, 5.0) *
+                         std::max(candidate.score, 1e-3) / std::max(trace_.candidates.items[0].score, 1e-3);
+    if (value <= best) continue;
+    best = value;
+    trace_.split = candidate.split;
+    std::swap(trace_.walls, other_walls_);
+    std::swap(trace_.line, other_line_);
+  }
+}
+
+bool Racer::plan(const VehicleState& state) noexcept {
+  constexpr std::size_t fewest = 4;
+  if (trace_.line.points.size() < fewest || trace_.line.ahead < 0.3) return false;
+  const TrajectoryParams& p = params_.trajectory;
+  smooth(trace_.line.points, p.smoothing_lambda, p.smoothing_iterations, trace_.smoothed);
+  if (p.join_distance > 0.0)
+    join_car(params_.car, std::max(p.join_distance, p.join_time * state.speed), trace_.smoothed);
+  simplify_opheim(trace_.smoothed, p.opheim_min, p.opheim_max, trace_.simplified);
+  sample_path(trace_.simplified, p.sample, p.end_hold, spline_, trace_.path);
+  if (trace_.path.size() < fewest) return false;
+  trace_.nearest = nearest_on_path(trace_.path, params_.car.wheelbase, 0.0);
+  if (trace_.nearest + 2 >= trace_.path.size()) return false;
+  plan_velocity(state.speed, trace_.nearest, params_.velocity_profile, trace_.path);
+  keep_clear(state);
+
+  widths_.clear();
+  for (const CenterlinePoint& c : trace_.line.points)
+    if (c.support == Support::both && c.width >= params_.track_width.width_min) widths_.push(c.width);
+  memory_.width = remember_width(memory_.width, {widths_.data(), widths_.size()}, params_.track_width);
+  trace_.width = memory_.width;
+  memory_.walls = trace_.walls;
+  memory_.path.assign(trace_.path.span());
+  memory_.without_path = 0.0;
+  return true;
+}
+
+// Smallest distance of the path ahead to a wall.
+void Racer::keep_clear(const VehicleState& state) noexcept {
+  trace_.clearance = 1e9;
+  const double stopping = state.speed * state.speed / (-2.0 * params_.velocity_profile.a_x_min) + 1.0;
+  for (std::size_t i = trace_.nearest; i < trace_.path.size(); i += 2) {
+    const TrajectoryPoint& p = trace_.path[i];
+    if (p.s - trace_.path[trace_.nearest].s > stopping) break;
+    trace_.clearance = std::min(trace_.clearance, wall_distance(trace_.walls, p.x, p.y));
+  }
+}
+
+StepResult Racer::follow(const VehicleState& state, double dt, Status status) noexcept {
+  trace_.steering = track_path(trace_.path, trace_.nearest, state, memory_.state.steering_angle, params_.stanley,
+                               params_.car, trace_.lookahead);
+  const double speed = command_speed(trace_.path, trace_.nearest, state.speed, params_.velocity_profile);
+  memory_.state = state;
+  memory_.awake = true;
+  return {{std::clamp(speed, 0.0, params_.velocity_profile.v_max), limited_steering(trace_.steering.steering_angle, dt)},
+          status};
+}
+
+// Without a path of its own this step follows the last one for a short while.
+StepResult Racer::hold_or_stop(const VehicleState& state, double dt, Status why) noexcept {
+  if (memory_.without_path > params_.centerline.hold_time || memory_.path.size() < 4) return stop(state, dt, why);
+  trace_.path.assign(memory_.path.span());
+  trace_.nearest = nearest_on_path(trace_.path, params_.car.wheelbase, 0.0);
+  if (trace_.nearest + 2 >= trace_.path.size()) return stop(state, dt, why);
+  return follow(state, dt, Status::holding);
+}
+
+StepResult Racer::stop(const VehicleState& state, double dt, Status why) noexcept {
+  memory_.state = state;
+  memory_.awake = true;
+  trace_.steering = {};
+  return {{0.0, limited_steering(memory_.steering_command, dt)}, why};
+}
+
+double Racer::limited_steering(double wanted, double dt) noexcept {
+  const CarGeometry& car = params_.car;
+  const double step = car.steering_rate * dt;
+  const double before = memory_.steering_command;
+  const double angle = std::clamp(std::clamp(wanted, before - step, before + step), -car.steering_limit, car.steering_limit);
+  memory_.steering_command = angle;
+  return angle;
+}
+
+}  // namespace firstlap

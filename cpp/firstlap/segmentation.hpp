@@ -1,0 +1,37 @@
+// Step 2: the point cloud into sections of wall: break, merge, eliminate, drop what is seen through gaps.
+// sides.hpp then tells which sections are the left wall and which the right one.
+#pragma once
+
+#include <cstdint>
+
+#include "firstlap/buffer.hpp"
+#include "firstlap/params.hpp"
+#include "firstlap/scan.hpp"
+
+namespace firstlap {
+
+inline constexpr std::size_t max_sections = 256;
+
+enum class Fate : std::uint8_t { kept, too_small, too_far, seen_through };
+
+// Points [first, last] in scan order.
+struct Section {
+  std::size_t first = 0;
+  std::size_t last = 0;
+  double nearest = 0.0;  // [m] from the laser
+  double length = 0.0;   // [m] first to last point
+  Fate fate = Fate::kept;
+};
+
+// How dense this scan is: beams from one valid return to the next, in the median (1 for a whole scan).
+double median_beam_step(const Buffer<ScanPoint>& points) noexcept;
+
+// Breaks the points into sections and gives each its fate. `angle_step` [rad] between beams,
+// `width` [m] the remembered track width, which tells a gap from a way through.
+void segment(const Buffer<ScanPoint>& points, double angle_step, double width, const SegmentationParams& params,
+             Buffer<Section>& sections) noexcept;
+
+// The narrowest gap that is a way through [m].
+double passable_gap(double width, const SegmentationParams& params) noexcept;
+
+}  // namespace firstlap

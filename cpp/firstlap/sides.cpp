@@ -1,0 +1,255 @@
+#include "firstlap/sides.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace firstlap {
+namespace {
+
+// Mean of the points of one spacing; the bins of a section are what its wall looks like.
+class Bin {
+ public:
+  void add(const ScanPoint& p) noexcept {
+    x_ += p.x;
+    y_ += p.y;
+    count_ += 1.0;
+  }
+  [[nodiscard]] Point2 mean() const noexcept { return {x_ / count_, y_ / count_}; }
+
+ private:
+  double x_ = 0.0;
+  double y_ = 0.0;
+  double count_ = 0.0;
+};
+
+void push_between(Point2 a, Point2 b, double spacing, std::size_t section, Buffer<SectionSample>& samples) noexcept {
+  const double d = std::hypot(b.x - a.x, b.y - a.y);
+  const int pieces = std::clamp(static_cast<int>(d / spacing), 1, 40);
+  for (int k = 1; k <= pieces; ++k) {
+    const double t = static_cast<double>(k) / static_cast<double>(pieces);
+    samples.push({a.x + t * (b.x - a.x), a.y + t * (b.y - a.y), section, 0});
+  }
+}
+
+void sample_section(const Buffer<ScanPoint>& points, const Section& section, std::size_t index, double spacing,
+                    Buffer<SectionSample>& samples) noexcept {
+  Point2 previous{points[section.first].x, points[section.first].y};
+  samples.push({previous.x, previous.y, index, 0});
+  Point2 start = previous;
+  Bin bin;
+  bool filled = false;
+  for (std::size_t i = section.first + 1; i <= section.last; ++i) {
+    bin.add(points[i]);
+    filled = true;
+    const bool complete = std::hypot(points[i].x - start.x, points[i].y - start.y) >= spacing;
+    if (!complete) continue;
+    const Point2 mean = bin.mean();
+    push_between(previous, mean, spacing, index, samples);
+    previous = mean;
+    start = {points[i].x, points[i].y};
+    bin = {};
+    filled = false;
+  }
+  if (filled) push_between(previous, {points[section.last].x, points[section.last].y}, spacing, index, samples);
+}
+
+// +1 where (x, y) lies left of the path, -1 right of it, 0 where it is too far away to tell.
+int side_of_path(const Buffer<TrajectoryPoint>& path, double x, double y, double radius) noexcept {
+  double best = radius * radius;
+  const TrajectoryPoint* nearest = nullptr;
+  for (std::size_t i = 0; i < path.size(); i += 2) {
+    const double dx = x - path[i].x;
+    const double dy = y - path[i].y;
+    const double d = dx * dx + dy * dy;
+    if (d < best) {
+      best = d;
+      nearest = &path[i];
+    }
+  }
+  if (nearest == nullptr || nearest == &path.front() || nearest == &path.back()) return 0;
+  const double cross = std::cos(nearest->yaw) * (y - nearest->y) - std::sin(nearest->yaw) * (x - nearest->x);
+  return cross > 0.0 ? 1 : -1;
+}
+
+std::size_t first_kept(const Buffer<Section>& sections) noexcept {
+  std::size_t i = 0;
+  while (i < sections.size() && sections[i].fate != Fate::kept) ++i;
+  return i;
+}
+
+void insert_candidate(SplitCandidate candidate, Candidates& best) noexcept {
+  std::size_t at = best.count;
+  while (at > 0 && best.items[at - 1].score < candidate.score) --at;
+  if (at >= max_candidates) return;
+  best.count = std::min(best.count + 1, max_candidates);
+  for (std::size_t i = best.count - 1; i > at; --i) best.items[i] = best.items[i - 1];
+  best.items[at] = candidate;
+}
+
+// Mean direction over the last stretch of wall before its end, pointing out of sight.
+Point2 outward_at(const Buffer<SectionSample>& samples, std::size_t end, std::size_t inner) noexcept {
+  const double dx = samples[end].x - samples[inner].x;
+  const double dy = samples[end].y - samples[inner].y;
+  const double d = std::hypot(dx, dy);
+  return d > 1e-6 ? Point2{dx / d, dy / d} : Point2{};
+}
+
+struct SampleRange {
+  std::size_t first = 0;
+  std::size_t last = 0;  // inclusive
+};
+
+// The ranges of one side in scan order, with their worth as an anchor.
+class SideRanges {
+ public:
+  void push(SampleRange range, double weight) noexcept {
+    if (count_ == max_sections) return;
+    ranges_[count_] = range;
+    weights_[count_++] = weight;
+  }
+  [[nodiscard]] std::span<const SampleRange> ranges() const noexcept { return {ranges_.data(), count_}; }
+  [[nodiscard]] std::span<const double> weights() const noexcept { return {weights_.data(), count_}; }
+
+ private:
+  std::array<SampleRange, max_sections> ranges_;
+  std::array<double, max_sections> weights_;
+  std::size_t count_ = 0;
+};
+
+double gap_between(const Buffer<SectionSample>& samples, const SampleRange& a, const SampleRange& b) noexcept {
+  return std::hypot(samples[b.first].x - samples[a.last].x, samples[b.first].y - samples[a.last].y);
+}
+
+void push_range(const Buffer<SectionSample>& samples, const SampleRange& range, bool open_before, bool open_after,
+                WallSide& side) noexcept {
+  constexpr std::size_t reach = 3;  // samples over which the direction at an end is taken
+  for (std::size_t i = range.first; i <= range.last; ++i) {
+    Point2 out{};
+    if (i == range.first && open_before) out = outward_at(samples, i, std::min(range.last, i + reach));
+    if (i == range.last && open_after) out = outward_at(samples, i, i >= range.first + reach ? i - reach : range.first);
+    side.push(samples[i].x, samples[i].y, out, 0.0F);
+  }
+}
+
+void push_bridge(const Buffer<SectionSample>& samples, const SampleRange& a, const SampleRange& b, double spacing,
+                 WallSide& side) noexcept {
+  const SectionSample& p = samples[a.last];
+  const SectionSample& q = samples[b.first];
+  const int pieces = static_cast<int>(std::hypot(q.x - p.x, q.y - p.y) / spacing);
+  for (int k = 1; k <= pieces; ++k) {
+    const double t = static_cast<double>(k) / static_cast<double>(pieces + 1);
+    side.push(p.x + t * (q.x - p.x), p.y + t * (q.y - p.y), {}, 0.0F);
+  }
+}
+
+// The ranges of one side, in scan order, as far as they hang together with its best anchor.
+void build_side(const Buffer<SectionSample>& samples, std::span<const SampleRange> ranges,
+                std::span<const double> weight, double spacing, double bridge, double chain_gap,
+                WallSide& side) noexcept {
+  side.clear();
+  if (ranges.empty()) return;
+  std::size_t anchor = 0;
+  for (std::size_t i = 1; i < ranges.size(); ++i)
+    if (weight[i] > weight[anchor]) anchor = i;
+  std::size_t first = anchor;
+  std::size_t last = anchor;
+  while (first > 0 && gap_between(samples, ranges[first - 1], ranges[first]) < chain_gap) --first;
+  while (last + 1 < ranges.size() && gap_between(samples, ranges[last], ranges[last + 1]) < chain_gap) ++last;
+  bool open_before = true;
+  for (std::size_t i = first; i <= last; ++i) {
+    const bool bridged = i < last && gap_between(samples, ranges[i], ranges[i + 1]) < bridge;
+    push_range(samples, ranges[i], open_before, !bridged, side);
+    if (bridged) push_bridge(samples, ranges[i], ranges[i + 1], spacing, side);
+    open_before = !bridged;
+  }
+}
+
+}  // namespace
+
+void sample_sections(const Buffer<ScanPoint>& points, const Buffer<Section>& sections, double spacing,
+                     Buffer<SectionSample>& samples) noexcept {
+  constexpr std::size_t enough = 3;  // points that are no chance
+  samples.clear();
+  for (std::size_t i = 0; i < sections.size(); ++i) {
+    const Section& section = sections[i];
+    const bool small_but_real = section.fate == Fate::too_small && section.last - section.first + 1 >= enough;
+    if (section.fate == Fate::kept || small_but_real) sample_section(points, section, i, spacing, samples);
+  }
+}
+
+void vote_by_past(const WallsSeen& before, const Buffer<TrajectoryPoint>& path, const SegmentationParams& params,
+                  Buffer<SectionSample>& samples) noexcept {
+  for (SectionSample& sample : samples) {
+    const double left = nearest_sample(before.left, sample.x, sample.y).distance;
+    const double right = nearest_sample(before.right, sample.x, sample.y).distance;
+    if (std::min(left, right) < params.past_radius)
+      sample.vote = left < right ? 1 : -1;
+    else
+      sample.vote = side_of_path(path, sample.x, sample.y, params.path_radius);
+  }
+}
+
+Candidates rank_splits(const Buffer<ScanPoint>& points, const Buffer<Section>& sections,
+                       const Buffer<SectionSample>& samples, double width, const CarGeometry& car,
+                       const SegmentationParams& params) noexcept {
+  Candidates best;
+  const std::size_t n = sections.size();
+  const std::size_t first = first_kept(sections);
+  if (first == n) return best;
+
+  double votes = 0.0;
+  double wrong = 0.0;  // votes against the split at hand; at the first split everything is left
+  for (const SectionSample& sample : samples) {
+    votes += std::abs(sample.vote);
+    wrong += sample.vote < 0 ? 1.0 : 0.0;
+  }
+  const double gap_needed = passable_gap(width, params);
+  const auto consider = [&](std::size_t split, double depth) {
+    const double share = votes > 0.0 ? wrong / votes : 0.0;
+    const double trust = std::min(1.0, votes / 20.0);
+    const double factor = 1.0 - params.past_weight * trust * std::min(1.0, 3.0 * share);
+    insert_candidate({split, depth * factor}, best);
+  };
+
+  const ScanPoint& start = points[sections[first].first];
+  if (start.y > 0.0 || votes > 0.0) consider(first, params.one_sided_score * start.range);
+  std::size_t sample = 0;
+  const Section* before = nullptr;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (sections[i].fate == Fate::kept && before != nullptr) {
+      const ScanPoint& a = points[before->last];
+      const ScanPoint& b = points[sections[i].first];
+      const bool passable = std::hypot(b.x - a.x, b.y - a.y) >= gap_needed;
+      const bool behind = 0.5 * (a.x + b.x) < car.laser_x;
+      if (passable) consider(i, std::max(a.range, b.range) * (behind ? 0.5 : 1.0));
+    }
+    for (; sample < samples.size() && samples[sample].section <= i; ++sample) wrong += samples[sample].vote;
+    if (sections[i].fate == Fate::kept) before = &sections[i];
+  }
+  const ScanPoint& end = points[before->last];
+  if (end.y < 0.0 || votes > 0.0) consider(n, params.one_sided_score * end.range);
+  return best;
+}
+
+void split_into_sides(const Buffer<Section>& sections, const Buffer<SectionSample>& samples, std::size_t split,
+                      double spacing, double bridge, double chain_gap, WallsSeen& walls) noexcept {
+  SideRanges right;
+  SideRanges left;
+  for (std::size_t i = 0; i < samples.size();) {
+    const std::size_t index = samples[i].section;
+    SampleRange range{i, i};
+    int votes = samples[i].vote;
+    while (range.last + 1 < samples.size() && samples[range.last + 1].section == index)
+      votes += samples[++range.last].vote;
+    const Section& section = sections[index];
+    const bool small = section.fate != Fate::kept;
+    // A small section decides nothing, but it keeps the side that it had.
+    const bool is_right = small && votes != 0 ? votes < 0 : index < split;
+    (is_right ? right : left).push(range, small ? 0.0 : section.length / std::max(0.1, section.nearest));
+    i = range.last + 1;
+  }
+  build_side(samples, right.ranges(), right.weights(), spacing, bridge, chain_gap, walls.right);
+  build_side(samples, left.ranges(), left.weights(), spacing, bridge, chain_gap, walls.left);
+}
+
+}  // namespace firstlap

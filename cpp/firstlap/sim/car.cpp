@@ -1,0 +1,60 @@
+#include "firstlap/sim/car.hpp"
+
+namespace firstlap::sim {
+
+Car default_car() { return {}; }
+
+// ForzaETH race_stack, stack_master/config/NUC2 (2024). The servo's time constant was identified with its delay
+// in it, so none is added. Motor limits and sensors are the default car's.
+Car nuc2_car() {
+  Car car;
+  car.geometry.wheelbase = 0.307;
+  VehicleParams& v = car.vehicle;
+  v.mass = 3.54;
+  v.yaw_inertia = 0.05797;
+  v.l_f = 0.162;
+  v.l_r = 0.145;
+  v.cg_height = 0.014;
+  v.friction = 1.0;
+  v.front_b = 4.7985;
+  v.front_c = 2.1640;
+  v.front_d = 0.6502;
+  v.front_e = 0.3732;
+  v.rear_b = 20.0;
+  v.rear_c = 1.5;
+  v.rear_d = 0.6184;
+  v.servo_time_constant = 0.1578;
+  v.steering_delay = 0.0;
+  return car;
+}
+
+// f1tenth_gym's default parameters; the laser as in f1tenth_gym_ros, the state without noise. Its rectangle is
+// centred on the centre of gravity.
+Car gym_car() {
+  Car car;
+  car.geometry.wheelbase = 0.3302;
+  car.geometry.rear_overhang = 0.11855;
+  car.geometry.laser_x = 0.275;
+  VehicleParams& v = car.vehicle;
+  v.model = static_cast<int>(VehicleModel::gym);
+  v.mass = 3.74;
+  v.yaw_inertia = 0.04712;
+  v.l_f = 0.15875;
+  v.l_r = 0.17145;
+  v.cg_height = 0.074;
+  v.friction = 1.0489;
+  v.accel_max = v.brake_max = 9.51;
+  v.speed_max = 20.0;
+  v.reverse_speed_max = 5.0;
+  v.steering_delay = 0.0;
+  car.sensors = {.speed_noise = 0.0, .yaw_rate_noise = 0.0, .steering_noise = 0.0};
+  LidarParams& lidar = car.lidar;
+  lidar.beams = 1080;
+  lidar.fov = 4.7;
+  lidar.range_min = 0.0;
+  lidar.sweep_time = 0.0;
+  lidar.dropout_rate = 0.0;
+  return car;
+}
+
+}  // namespace firstlap::sim

@@ -1,0 +1,22 @@
+// The cars one can simulate.
+#pragma once
+
+#include "firstlap/car_geometry.hpp"
+#include "firstlap/sim/lidar.hpp"
+#include "firstlap/sim/sensors.hpp"
+#include "firstlap/sim/vehicle_params.hpp"
+
+namespace firstlap::sim {
+
+struct Car {
+  CarGeometry geometry{};
+  VehicleParams vehicle{};
+  SensorParams sensors{};
+  LidarParams lidar{};
+};
+
+Car default_car();
+Car nuc2_car();  // ForzaETH's NUC2, identified on track
+Car gym_car();   // f1tenth_gym's: linear tyres, its scan; for conformance, not for lap-time claims
+
+}  // namespace firstlap::sim

@@ -1,0 +1,54 @@
+// Progress along a closed centerline: arc length s and lateral offset (left positive) of a moving point, and
+// the laps it makes. Found near the previous place only, so that a neighbouring part of the track never counts.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "firstlap/types.hpp"
+
+namespace firstlap::sim {
+
+struct Projection {
+  double s = 0.0;       // [m] in [0, length)
+  double offset = 0.0;  // [m] left positive
+};
+
+class Progress {
+ public:
+  // Closed, in the direction of travel, the first point not repeated. Throws std::invalid_argument for fewer
+  // than three points, a point that is not finite, or length 0. Doubled points are dropped.
+  explicit Progress(std::span<const Point2> centerline);
+
+  double length() const noexcept { return length_; }   // [m]
+  Pose2 pose_at(double s) const noexcept;              // any s [m]; heading along the centerline
+  Projection locate(Point2 point) const noexcept;      // nearest anywhere
+
+  void reset(Point2 point) noexcept;    // nearest anywhere; travelled becomes 0
+  void update(Point2 point) noexcept;   // nearest within 2 m of arc length of the last place
+
+  double s() const noexcept { return place_.s; }                 // [m] in [0, length)
+  double lateral_offset() const noexcept { return place_.offset; }  // [m] left positive
+  double travelled() const noexcept { return travelled_; }       // [m] since reset, laps included, signed
+
+ private:
+  struct Candidate {
+    std::size_t index = 0;
+    double s = 0.0, offset = 0.0, distance = 0.0;
+  };
+
+  Candidate project(std::size_t index, Point2 point) const noexcept;
+  void accept(const Candidate& best) noexcept;
+  std::size_t next(std::size_t i) const noexcept { return i + 1 == points_.size() ? 0 : i + 1; }
+  std::size_t previous(std::size_t i) const noexcept { return i == 0 ? points_.size() - 1 : i - 1; }
+
+  std::vector<Point2> points_;
+  std::vector<double> s_;  // arc length at each point, and the whole length at the end
+  double length_ = 0.0;
+  Projection place_{};
+  std::size_t index_ = 0;
+  double travelled_ = 0.0;
+};
+
+}  // namespace firstlap::sim

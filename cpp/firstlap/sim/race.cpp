@@ -1,0 +1,189 @@
+#include "firstlap/sim/race.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include "firstlap/sim/contact.hpp"
+
+namespace firstlap::sim {
+namespace {
+
+// The car as these options make it.
+Car adapted(Car car, const RaceOptions& options) {
+  validate(options, "race");
+  car.vehicle.friction *= options.mu_scale;
+  car.vehicle.steering_delay += options.delay_extra;
+  car.vehicle.speed_delay += options.delay_extra;
+  return car;
+}
+
+Pose2 start_pose(const Progress& progress, const RaceOptions& options) {
+  const Pose2 line = progress.pose_at(options.start_s);
+  return {line.x - options.start_offset * std::sin(line.yaw), line.y + options.start_offset * std::cos(line.yaw),
+          line.yaw + options.start_yaw};
+}
+
+Pose2 between(const Pose2& a, const Pose2& b, double t) {
+  const double turn = std::remainder(b.yaw - a.yaw, 2.0 * std::numbers::pi);
+  return {a.x + t * (b.x - a.x), a.y + t * (b.y - a.y), a.yaw + t * turn};
+}
+
+}  // namespace
+
+Race::Race(const Track& track, const Car& car, Driver& driver, const RaceOptions& options)
+    : track_(&track),
+      car_(adapted(car, options)),
+      driver_(&driver),
+      options_(options),
+      progress_(track.centerline),
+      vehicle_(car_.geometry, car_.vehicle),
+      lidar_(car_.lidar, track.walls),
+      sensors_(car_.sensors, options.seed),
+      lidar_rng_(options.seed, 1),
+      period_(1.0 / car_.lidar.rate),
+      ranges_(static_cast<std::size_t>(car_.lidar.beams)) {
+  steps_per_scan_ = static_cast<int>(std::ceil(period_ / car_.vehicle.step_dt - 1e-9));
+  step_ = period_ / steps_per_scan_;
+  vehicle_.reset(start_pose(progress_, options_));
+  last_pose_ = vehicle_.pose();
+  if (touch(car_.geometry, last_pose_, track.walls)) throw std::invalid_argument("race: the car starts on a wall");
+  progress_.reset({last_pose_.x, last_pose_.y});
+  sensors_.record(0.0, vehicle_.state());
+  driver_->reset();
+}
+
+bool Race::advance() {
+  if (over()) return false;
+  next_beam_ = 0;
+  for (int i = 1; i <= steps_per_scan_ && !over(); ++i) move(i);
+  if (over()) return false;
+  ++scans_;
+  lidar_.add_noise(ranges_, lidar_rng_);
+  measured_ = sensors_.measure(result_.time);
+  drive();
+  check_rules();
+  return !over();
+}
+
+// One physics step, the i-th (from 1) of this scan period.
+void Race::move(int i) {
+  const Pose2 before = vehicle_.pose();
+  vehicle_.step(step_);
+  const Pose2 after = vehicle_.pose();
+  result_.time = static_cast<double>(scans_) * period_ + i * step_;
+  sensors_.record(result_.time, vehicle_.state());
+  sweep(before, after, i);
+  check_laps(std::hypot(after.x - before.x, after.y - before.y));
+  if (!over()) check_contact();
+}
+
+// The beams that fall into the i-th step, from the pose in the middle of their time. The last beam is measured
+// at the scan instant, the first sweep_time before.
+void Race::sweep(const Pose2& before, const Pose2& after, int i) {
+  const double duration = std::min(car_.lidar.sweep_time, period_), begin = period_ - duration;
+  const auto beam_at = [&](double time) {
+    return duration > 0.0 ? (time - begin) / duration * (car_.lidar.beams - 1) : -1.0;
+  };
+  const int beams = car_.lidar.beams;
+  const int due = static_cast<int>(std::floor(beam_at(i * step_))) + 1;
+  const int last = i == steps_per_scan_ ? beams : std::clamp(due, 0, beams);
+  if (last <= next_beam_) return;
+  const double middle = begin + duration * 0.5 * (next_beam_ + last - 1) / (beams - 1);
+  const double t = duration > 0.0 ? std::clamp(middle / step_ - (i - 1), 0.0, 1.0) : 1.0;
+  lidar_.scan_sector(laser_pose(between(before, after, t)), next_beam_, last, ranges_);
+  next_beam_ = last;
+}
+
+Pose2 Race::laser_pose(const Pose2& base_link) const noexcept {
+  const double x = car_.geometry.laser_x;
+  return {base_link.x + x * std::cos(base_link.yaw), base_link.y + x * std::sin(base_link.yaw), base_link.yaw};
+}
+
+// Shares the step between the laps it belongs to; the line is crossed in between, linearly.
+void Race::check_laps(double distance) {
+  const double before = progress_.travelled();
+  const Pose2 pose = vehicle_.pose();
+  progress_.update({pose.x, pose.y});
+  const double after = progress_.travelled(), speed = vehicle_.state().speed, offset = progress_.lateral_offset();
+  const double line = progress_.length() * static_cast<double>(result_.laps.size() + 1);
+  const double share = after >= line ? (line - before) / (after - before) : 1.0;
+  result_.distance += share * distance;
+  meter_.add(share * step_, share * distance, speed, offset);
+  if (after < line) return;
+  result_.laps.push_back(meter_.finish(result_.laps.empty()));
+  if (static_cast<int>(result_.laps.size()) == options_.laps) {
+    result_.outcome = Outcome::finished;
+    result_.time -= (1.0 - share) * step_;
+    return;
+  }
+  result_.distance += (1.0 - share) * distance;
+  meter_.add((1.0 - share) * step_, (1.0 - share) * distance, speed, offset);
+}
+
+// The exact test only when the car may have come closer than ever in this lap: between tests the clearance
+// shrinks by no more than the farthest point of the car moves.
+void Race::check_contact() {
+  const Pose2 pose = vehicle_.pose();
+  const double turn = std::abs(std::remainder(pose.yaw - last_pose_.yaw, 2.0 * std::numbers::pi));
+  clearance_bound_ -= std::hypot(pose.x - last_pose_.x, pose.y - last_pose_.y) + reach(car_.geometry) * turn;
+  last_pose_ = pose;
+  if (clearance_bound_ > meter_.min_clearance()) return;
+  clearance_bound_ = clearance(car_.geometry, pose, track_->walls);
+  meter_.add_clearance(clearance_bound_);
+  if (clearance_bound_ > 0.0) return;
+  const Point2 point = touch(car_.geometry, pose, track_->walls).value_or(Point2{pose.x, pose.y});
+  result_.contact = Contact{result_.time, point.x, point.y, progress_.s()};
+  result_.outcome = Outcome::contact;
+}
+
+void Race::drive() {
+  using Clock = std::chrono::steady_clock;
+  const LaserScan scan = lidar_.view(ranges_);
+  const Clock::time_point begin = Clock::now();
+  last_ = driver_->step(scan, measured_, period_);
+  const std::chrono::duration<float, std::micro> spent = Clock::now() - begin;
+  result_.compute_times.push_back(spent.count());
+  vehicle_.command(last_.command, options_.compute_latency);
+  if (options_.record_path) record();
+}
+
+void Race::record() {
+  const Pose2 pose = vehicle_.pose();
+  const VehicleState truth = vehicle_.state();
+  result_.path.push_back({.time = result_.time,
+                          .x = pose.x,
+                          .y = pose.y,
+                          .yaw = pose.yaw,
+                          .speed = truth.speed,
+                          .yaw_rate = truth.yaw_rate,
+                          .steering_angle = truth.steering_angle,
+                          .s = progress_.s(),
+                          .lateral_offset = progress_.lateral_offset(),
+                          .command_speed = last_.command.speed,
+                          .command_steering_angle = last_.command.steering_angle,
+                          .status = last_.status});
+}
+
+void Race::check_rules() {
+  best_travelled_ = std::max(best_travelled_, progress_.travelled());
+  if (std::abs(vehicle_.state().speed) >= options_.stuck_speed) standing_since_ = result_.time;
+  if (progress_.travelled() < best_travelled_ - options_.wrong_way_distance) {
+    result_.outcome = Outcome::wrong_way;
+  } else if (result_.time - standing_since_ >= options_.stuck_time) {
+    result_.outcome = Outcome::stuck;
+  } else if (meter_.time() * options_.timeout_speed > progress_.length()) {
+    result_.outcome = Outcome::timeout;
+  }
+}
+
+RaceResult run(const Track& track, const Car& car, Driver& driver, const RaceOptions& options) {
+  Race race(track, car, driver, options);
+  while (race.advance()) {
+  }
+  return race.take_result();
+}
+
+}  // namespace firstlap::sim

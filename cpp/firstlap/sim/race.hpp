@@ -1,0 +1,124 @@
+// One car, one track, one driver, some laps. The race is stepped scan by scan; the same seed gives the same
+// race, bit for bit.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <tuple>
+#include <vector>
+
+#include "firstlap/driver.hpp"
+#include "firstlap/field.hpp"
+#include "firstlap/sim/car.hpp"
+#include "firstlap/sim/lap_meter.hpp"
+#include "firstlap/sim/progress.hpp"
+#include "firstlap/sim/race_result.hpp"
+#include "firstlap/sim/vehicle.hpp"
+#include "firstlap/sim/walls.hpp"
+
+namespace firstlap::sim {
+
+struct Track {
+  Walls walls;
+  std::vector<Point2> centerline;  // [m] closed, in the direction of travel, the first point not repeated
+};
+
+struct RaceOptions {
+  int laps = 3;
+  std::uint64_t seed = 1;  // not in the table: all 64 bits are good
+  double start_s = 0.0;
+  double start_offset = 0.0;
+  double start_yaw = 0.0;
+  double mu_scale = 1.0;
+  double delay_extra = 0.0;
+  double compute_latency = 0.0;
+  double timeout_speed = 0.3;
+  double stuck_speed = 0.05;
+  double stuck_time = 3.0;
+  double wrong_way_distance = 3.0;
+  bool record_path = true;
+
+  static constexpr auto fields() {
+    using P = RaceOptions;
+    return std::tuple{
+        Field{"laps", &P::laps, "", 1.0, 1000000.0, "laps to drive, the standing one included"},
+        Field{"start_s", &P::start_s, "m", -1e6, 1e6, "arc length of the start and finish line"},
+        Field{"start_offset", &P::start_offset, "m", -10.0, 10.0, "start left of the centerline"},
+        Field{"start_yaw", &P::start_yaw, "rad", -3.2, 3.2, "start turned left of the centerline"},
+        Field{"mu_scale", &P::mu_scale, "", 0.05, 3.0, "times the car's friction"},
+        Field{"delay_extra", &P::delay_extra, "s", 0.0, 0.3, "added to steering and speed delay"},
+        Field{"compute_latency", &P::compute_latency, "s", 0.0, 0.3, "from scan to command"},
+        Field{"timeout_speed", &P::timeout_speed, "m/s", 0.0, 10.0, "a lap slower than this mean is a timeout"},
+        Field{"stuck_speed", &P::stuck_speed, "m/s", 0.0, 1.0, "slower than this counts as standing"},
+        Field{"stuck_time", &P::stuck_time, "s", 0.1, 1000.0, "standing this long ends the race"},
+        Field{"wrong_way_distance", &P::wrong_way_distance, "m", 0.1, 1000.0, "back from the best progress, ends it"},
+        Field{"record_path", &P::record_path, "", 0.0, 1.0, "keep a sample per scan"},
+    };
+  }
+};
+
+class Race {
+ public:
+  // Keeps references to track and driver, resets the driver and stands base_link on the line. Throws
+  // std::invalid_argument for a parameter, a track or a start that cannot be.
+  Race(const Track& track, const Car& car, Driver& driver, const RaceOptions& options = {});
+
+  Race(const Race&) = delete;
+  Race& operator=(const Race&) = delete;
+
+  // One scan period: the car moves, is scanned on the way, the driver steps at its end. False when the race
+  // is over. To interrupt a race, stop calling.
+  bool advance();
+
+  const RaceResult& result() const noexcept { return result_; }
+  RaceResult take_result() { return std::move(result_); }  // the race is over after it
+  bool over() const noexcept { return result_.outcome != Outcome::running; }
+
+  double time() const noexcept { return result_.time; }              // [s]
+  Pose2 pose() const noexcept { return vehicle_.pose(); }            // base_link, true
+  VehicleState state() const noexcept { return vehicle_.state(); }   // true
+  VehicleState measured() const noexcept { return measured_; }       // what the driver was given last
+  LaserScan scan() const noexcept { return lidar_.view(ranges_); }   // what the driver was given last
+  StepResult step_result() const noexcept { return last_; }          // what the driver gave last
+  double s() const noexcept { return progress_.s(); }                // [m]
+  double lateral_offset() const noexcept { return progress_.lateral_offset(); }  // [m]
+  double track_length() const noexcept { return progress_.length(); }            // [m]
+
+ private:
+  void move(int i);
+  void sweep(const Pose2& before, const Pose2& after, int i);
+  void check_laps(double distance);
+  void check_contact();
+  void check_rules();
+  void drive();
+  void record();
+  Pose2 laser_pose(const Pose2& base_link) const noexcept;
+
+  const Track* track_;
+  Car car_;
+  Driver* driver_;
+  RaceOptions options_;
+  Progress progress_;
+  Vehicle vehicle_;
+  Lidar lidar_;
+  Sensors sensors_;
+  Rng lidar_rng_;
+  LapMeter meter_;
+  int steps_per_scan_ = 1;
+  double step_ = 0.0, period_ = 0.0;
+  long scans_ = 0;
+  int next_beam_ = 0;
+  double best_travelled_ = 0.0, standing_since_ = 0.0;
+  double clearance_bound_ = 0.0;
+  Pose2 last_pose_{};
+  std::vector<float> ranges_;
+  VehicleState measured_{};
+  StepResult last_{};
+  RaceResult result_{};
+};
+
+// Drives until the race is over.
+RaceResult run(const Track& track, const Car& car, Driver& driver, const RaceOptions& options = {});
+
+}  // namespace firstlap::sim

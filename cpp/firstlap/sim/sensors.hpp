@@ -1,0 +1,61 @@
+// What the car measures about itself: wheel speed, yaw rate, wheel angle, with errors.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <tuple>
+
+#include "firstlap/field.hpp"
+#include "firstlap/sim/rng.hpp"
+#include "firstlap/types.hpp"
+
+namespace firstlap::sim {
+
+struct SensorParams {
+  double speed_noise = 0.03;
+  double speed_scale_error = 0.0;
+  double yaw_rate_noise = 0.02;
+  double yaw_rate_bias = 0.0;
+  double steering_noise = 0.003;
+  double steering_offset = 0.0;
+  double latency = 0.0;
+
+  static constexpr auto fields() {
+    using P = SensorParams;
+    return std::tuple{
+        Field{"speed_noise", &P::speed_noise, "m/s", 0.0, 2.0, "standard deviation of the speed"},
+        Field{"speed_scale_error", &P::speed_scale_error, "", -0.5, 0.5, "measured speed is 1 + this, times the true"},
+        Field{"yaw_rate_noise", &P::yaw_rate_noise, "rad/s", 0.0, 2.0, "standard deviation of the yaw rate"},
+        Field{"yaw_rate_bias", &P::yaw_rate_bias, "rad/s", -1.0, 1.0, "added to the yaw rate"},
+        Field{"steering_noise", &P::steering_noise, "rad", 0.0, 0.5, "standard deviation of the wheel angle"},
+        Field{"steering_offset", &P::steering_offset, "rad", -0.2, 0.2, "added to the wheel angle"},
+        Field{"latency", &P::latency, "s", 0.0, 0.2, "age of a measurement when the driver gets it"},
+    };
+  }
+};
+
+class Sensors {
+ public:
+  // Throws std::invalid_argument for a parameter outside its range.
+  Sensors(const SensorParams& params, std::uint64_t seed);
+
+  // The true state at `time` [s]; times must not decrease.
+  void record(double time, const VehicleState& truth) noexcept;
+
+  // The newest recorded state at least `latency` old (the oldest kept if none is), with errors.
+  VehicleState measure(double time) noexcept;
+
+ private:
+  struct Sample {
+    double time = 0.0;
+    VehicleState state{};
+  };
+
+  SensorParams params_;
+  Rng rng_;
+  std::array<Sample, 512> samples_{};
+  std::size_t count_ = 0;
+};
+
+}  // namespace firstlap::sim

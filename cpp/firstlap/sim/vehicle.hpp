@@ -1,0 +1,77 @@
+// The car in motion. Inside, the state of the centre of gravity; outside, base_link (the rear axle's middle),
+// as everywhere in firstlap. Map frame, SI units, left positive.
+#pragma once
+
+#include <array>
+
+#include "firstlap/car_geometry.hpp"
+#include "firstlap/sim/delay_line.hpp"
+#include "firstlap/sim/vehicle_params.hpp"
+#include "firstlap/types.hpp"
+
+namespace firstlap::sim {
+
+// State of the centre of gravity. single_track: x, y [m], yaw [rad], forward and lateral speed in the body
+// frame [m/s], yaw rate [rad/s], wheel angle [rad].
+struct BodyState {
+  double x = 0.0, y = 0.0, yaw = 0.0;
+  double forward = 0.0, lateral = 0.0, yaw_rate = 0.0;
+  double steering = 0.0;
+};
+
+// Right-hand side of the single-track model at `state`, for a wanted speed [m/s] and wheel angle [rad].
+BodyState single_track_derivative(const CarGeometry& geometry, const VehicleParams& params, const BodyState& state,
+                                  double speed_command, double steering_command) noexcept;
+
+// f1tenth_gym's single track (CommonRoad's): state [x, y, steering, v, yaw, yaw rate, slip angle] at the centre
+// of gravity, input [steering rate, acceleration], limited inside. Kinematic below 0.5 m/s.
+using GymState = std::array<double, 7>;
+struct GymInput {
+  double steering_rate = 0.0;  // [rad/s]
+  double acceleration = 0.0;   // [m/s^2]
+};
+GymState gym_derivative(const CarGeometry& geometry, const VehicleParams& params, const GymState& state,
+                        const GymInput& input) noexcept;
+
+// Its low-level control: bang-bang steering, proportional speed (4.755 up and 19.02 down with its parameters).
+GymInput gym_control(const CarGeometry& geometry, const VehicleParams& params, const GymState& state,
+                     double speed_command, double steering_command) noexcept;
+
+class Vehicle {
+ public:
+  // Throws std::invalid_argument for a parameter outside its range or l_f + l_r away from the wheelbase.
+  Vehicle(const CarGeometry& geometry, const VehicleParams& params);
+
+  // Stands (or rolls) straight at `base_link`; commands are forgotten, time is 0.
+  void reset(const Pose2& base_link, double speed = 0.0);
+
+  // Gives a command now; it takes effect after `latency` [s] and the car's own delays. Non-finite: ignored.
+  void command(const DriveCommand& command, double latency = 0.0) noexcept;
+
+  // Moves on by dt [s], at most params.step_dt.
+  void step(double dt) noexcept;
+
+  Pose2 pose() const noexcept;                                    // base_link in the map frame
+  VehicleState state() const noexcept;                            // true, as sensors would like to measure it
+  double lateral_speed() const noexcept;                          // [m/s] of base_link
+  double forward_acceleration() const noexcept { return a_x_; }   // [m/s^2] of the centre of gravity
+  double lateral_acceleration() const noexcept { return a_y_; }   // [m/s^2] of the centre of gravity
+  double time() const noexcept { return time_; }                  // [s] since reset
+
+ private:
+  void step_single_track(double dt) noexcept;
+  void step_gym(double dt) noexcept;
+  void update_gym_input() noexcept;
+
+  CarGeometry geometry_;
+  VehicleParams params_;
+  BodyState body_{};
+  DelayLine steering_line_, speed_line_;
+  double time_ = 0.0, a_x_ = 0.0, a_y_ = 0.0;
+  GymState gym_{};
+  GymInput gym_input_{};
+  std::array<double, 2> gym_buffer_{};
+  double gym_next_control_ = 0.0;
+};
+
+}  // namespace firstlap::sim

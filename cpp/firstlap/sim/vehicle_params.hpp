@@ -1,0 +1,88 @@
+// What the simulated car is made of, beyond its CarGeometry.
+#pragma once
+
+#include <tuple>
+
+#include "firstlap/field.hpp"
+#include "firstlap/sim/tyre_model.hpp"
+
+namespace firstlap::sim {
+
+enum class VehicleModel : int {
+  single_track = 0,  // nonlinear tyres, friction ellipse
+  gym = 1,           // f1tenth_gym's: linear tyres that never saturate; for conformance only
+};
+
+struct VehicleParams {
+  int model = 0;
+  double step_dt = 0.0025;
+  double mass = 3.5;
+  double yaw_inertia = 0.0475;
+  double l_f = 0.159;
+  double l_r = 0.171;
+  double cg_height = 0.06;
+  double friction = 0.75;
+  double front_b = 7.5;
+  double front_c = 1.4;
+  double front_d = 1.0;
+  double front_e = 0.0;
+  double rear_b = 7.5;
+  double rear_c = 1.4;
+  double rear_d = 1.0;
+  double rear_e = 0.0;
+  double drive_split = 0.5;
+  double drive_grip = 0.9;
+  double servo_time_constant = 0.06;
+  double steering_delay = 0.04;
+  double speed_delay = 0.0;
+  double speed_gain = 8.0;
+  double accel_max = 6.0;
+  double brake_max = 7.0;
+  double speed_max = 12.0;
+  double reverse_speed_max = 0.0;
+  double kinematic_below = 0.8;
+  double gym_stiffness_front = 4.718;
+  double gym_stiffness_rear = 5.4562;
+  double gym_switch_speed = 7.319;
+
+  static constexpr auto fields() {
+    using P = VehicleParams;
+    return std::tuple{
+        Field{"model", &P::model, "", 0.0, 1.0, "0 single track with nonlinear tyres, 1 f1tenth_gym's"},
+        Field{"step_dt", &P::step_dt, "s", 0.0001, 0.0025, "longest integration step (Runge-Kutta 4)"},
+        Field{"mass", &P::mass, "kg", 0.5, 5000.0, "of the whole car"},
+        Field{"yaw_inertia", &P::yaw_inertia, "kg m^2", 0.001, 10000.0, "about the centre of gravity"},
+        Field{"l_f", &P::l_f, "m", 0.02, 5.0, "centre of gravity to front axle"},
+        Field{"l_r", &P::l_r, "m", 0.02, 5.0, "centre of gravity to rear axle"},
+        Field{"cg_height", &P::cg_height, "m", 0.0, 2.0, "centre of gravity above ground"},
+        Field{"friction", &P::friction, "", 0.05, 3.0, "mu, tyre on ground; gym uses it too"},
+        Field{"front_b", &P::front_b, "", 0.1, 100.0, "Pacejka B, front"},
+        Field{"front_c", &P::front_c, "", 0.1, 5.0, "Pacejka C, front"},
+        Field{"front_d", &P::front_d, "", 0.05, 3.0, "Pacejka D, front"},
+        Field{"front_e", &P::front_e, "", -10.0, 1.0, "Pacejka E, front"},
+        Field{"rear_b", &P::rear_b, "", 0.1, 100.0, "Pacejka B, rear"},
+        Field{"rear_c", &P::rear_c, "", 0.1, 5.0, "Pacejka C, rear"},
+        Field{"rear_d", &P::rear_d, "", 0.05, 3.0, "Pacejka D, rear"},
+        Field{"rear_e", &P::rear_e, "", -10.0, 1.0, "Pacejka E, rear"},
+        Field{"drive_split", &P::drive_split, "", 0.0, 1.0, "front share of driving and braking force"},
+        Field{"drive_grip", &P::drive_grip, "", 0.1, 1.0, "share of an axle's grip that drive and brake may use"},
+        Field{"servo_time_constant", &P::servo_time_constant, "s", 0.005, 1.0, "first-order lag of the servo"},
+        Field{"steering_delay", &P::steering_delay, "s", 0.0, 0.5, "transport delay of the steering command"},
+        Field{"speed_delay", &P::speed_delay, "s", 0.0, 0.5, "transport delay of the speed command"},
+        Field{"speed_gain", &P::speed_gain, "1/s", 0.1, 100.0, "acceleration per speed error"},
+        Field{"accel_max", &P::accel_max, "m/s^2", 0.1, 50.0, "motor's limit"},
+        Field{"brake_max", &P::brake_max, "m/s^2", 0.1, 50.0, "brake's limit, as a positive number"},
+        Field{"speed_max", &P::speed_max, "m/s", 0.5, 100.0, "highest speed the car takes as a command"},
+        Field{"reverse_speed_max", &P::reverse_speed_max, "m/s", 0.0, 50.0, "fastest backwards; 0: cannot reverse"},
+        Field{"kinematic_below", &P::kinematic_below, "m/s", 0.1, 3.0, "no slip below; blended up to 1.5 times this"},
+        Field{"gym_stiffness_front", &P::gym_stiffness_front, "1/rad", 0.1, 100.0, "C_Sf of the gym model"},
+        Field{"gym_stiffness_rear", &P::gym_stiffness_rear, "1/rad", 0.1, 100.0, "C_Sr of the gym model"},
+        Field{"gym_switch_speed", &P::gym_switch_speed, "m/s", 0.1, 100.0, "gym: acceleration falls as 1/v above"},
+    };
+  }
+
+  Tyre front_tyre() const noexcept { return {front_b, front_c, front_d, front_e}; }
+  Tyre rear_tyre() const noexcept { return {rear_b, rear_c, rear_d, rear_e}; }
+};
+
+}  // namespace firstlap::sim

@@ -1,0 +1,41 @@
+// What is known of the walls around the car: evenly spaced samples per side, of this scan and, where a
+// wall has just gone out of sight, of the scans before.
+#pragma once
+
+#include "firstlap/buffer.hpp"
+#include "firstlap/types.hpp"
+
+namespace firstlap {
+
+inline constexpr std::size_t max_samples = 1024;  // of one side
+
+// Coordinates stand apart so that the search for the nearest sample runs in vector instructions.
+struct WallSide {
+  WallSide() : x(max_samples), y(max_samples), outward(max_samples), age(max_samples) {}
+
+  Buffer<float> x;         // [m] base_link
+  Buffer<float> y;         // [m] base_link
+  Buffer<Point2> outward;  // unit vector along the wall out of sight, at a visible end; else zero
+  Buffer<float> age;       // [s] since it was seen; 0: in this scan
+
+  [[nodiscard]] std::size_t size() const noexcept { return x.size(); }
+  void clear() noexcept;
+  void push(double px, double py, Point2 out, float seen_before) noexcept;
+};
+
+struct Nearest {
+  std::size_t index = 0;
+  double distance = 0.0;  // [m]; infinite where the side is empty
+};
+
+Nearest nearest_sample(const WallSide& side, double px, double py) noexcept;
+
+struct WallsSeen {
+  WallSide left;
+  WallSide right;
+};
+
+// Expresses every sample in the base_link that `motion` (in the old base_link) leads to, `dt` later.
+void move_walls(const Pose2& motion, double dt, WallsSeen& walls) noexcept;
+
+}  // namespace firstlap
