@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include "firstlap/geometry.hpp"
+
 namespace firstlap {
 namespace {
 
@@ -18,7 +20,7 @@ struct Look {
   double gy = 0.0;
 
   [[nodiscard]] double imbalance() const noexcept { return right - left; }
-  [[nodiscard]] double slope() const noexcept { return std::hypot(gx, gy); }
+  [[nodiscard]] double slope() const noexcept { return norm(gx, gy); }
 };
 
 struct SideLook {
@@ -84,6 +86,8 @@ Look look_around(const WallsSeen& walls, double x, double y, double width, const
 }
 
 class Tracer {
+  static constexpr double on_line = 0.01;  // [m] difference of the distances that needs no correction
+
  public:
   Tracer(const WallsSeen& walls, const Buffer<TrailPoint>& trail, double width, const CarGeometry& car,
          const TrackWidthParams& width_params, const CenterlineParams& params) noexcept
@@ -113,9 +117,11 @@ class Tracer {
         y += params_.spacing * hy;
         look = look_around(walls_, x, y, width.value(), width_params_);
         if (look.support == Support::none) return LineEnd::unseen;
-        correct(look, x, y, 0.7 * params_.spacing);
-        look = look_around(walls_, x, y, width.value(), width_params_);
-        if (look.support == Support::none) return LineEnd::unseen;
+        if (std::abs(look.imbalance()) > on_line) {
+          correct(look, x, y, 0.7 * params_.spacing);
+          look = look_around(walls_, x, y, width.value(), width_params_);
+          if (look.support == Support::none) return LineEnd::unseen;
+        }
         turn(look, direction, hx, hy);
       }
       if (std::min(look.right, look.left) < half_car_) return LineEnd::narrow;
@@ -180,7 +186,7 @@ class Tracer {
 
 // True where the straight way from a to b meets a wall: what lies behind it is not this track.
 bool meets_wall(const WallsSeen& walls, Point2 a, Point2 b, double spacing) noexcept {
-  const double length = std::hypot(b.x - a.x, b.y - a.y);
+  const double length = norm(b.x - a.x, b.y - a.y);
   const int pieces = static_cast<int>(2.0 * length / spacing);
   for (int k = 1; k <= pieces; ++k) {
     const double t = static_cast<double>(k) / static_cast<double>(pieces);
@@ -195,7 +201,7 @@ bool meets_wall(const WallsSeen& walls, Point2 a, Point2 b, double spacing) noex
 double line_length(const Buffer<CenterlinePoint>& points, std::size_t first) noexcept {
   double length = 0.0;
   for (std::size_t i = first + 1; i < points.size(); ++i)
-    length += std::hypot(points[i].x - points[i - 1].x, points[i].y - points[i - 1].y);
+    length += norm(points[i].x - points[i - 1].x, points[i].y - points[i - 1].y);
   return length;
 }
 

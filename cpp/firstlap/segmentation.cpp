@@ -4,21 +4,24 @@
 #include <array>
 #include <cmath>
 
+#include "firstlap/geometry.hpp"
+
 namespace firstlap {
 namespace {
 
-double distance(const ScanPoint& a, const ScanPoint& b) noexcept { return std::hypot(a.x - b.x, a.y - b.y); }
+double distance(const ScanPoint& a, const ScanPoint& b) noexcept { return norm(a.x - b.x, a.y - b.y); }
 
-// Borges and Aldon (2004) with the smaller range, after Dietmayer: the distance that a wall met at the
-// smallest allowed incidence would show between two beams `angle` apart.
-double breakpoint_distance(double range, double angle, double break_angle, double sigma) noexcept {
+// Borges and Aldon (2004) with the smaller range, after Dietmayer: the distance, per metre of range, that
+// a wall met at the smallest allowed incidence would show between two beams `angle` apart.
+double breakpoint_ratio(double angle, double break_angle) noexcept {
   const double incidence = std::max(break_angle, 2.0 * angle);
-  return range * std::sin(angle) / std::sin(incidence - angle) + 3.0 * sigma;
+  return std::sin(angle) / std::sin(incidence - angle);
 }
 
 void break_into_sections(const Buffer<ScanPoint>& points, double angle_step, double beam_step,
                          const SegmentationParams& params, Buffer<Section>& sections) noexcept {
   const int gap_limit = static_cast<int>(std::lround(static_cast<double>(params.max_beam_gap) * beam_step));
+  const double ratio_of_neighbours = breakpoint_ratio(angle_step, params.break_angle);
   double mean = 2.0 * points[0].range * angle_step;
   sections.push({0, 0});
   for (std::size_t j = 1; j < points.size(); ++j) {
@@ -29,7 +32,8 @@ void break_into_sections(const Buffer<ScanPoint>& points, double angle_step, dou
     const double d = distance(a, b);
     const double floor = std::max(params.break_min, 2.0 * std::min(a.range, b.range) * angle);
     const double sigma = params.range_sigma * (a.range > 10.0 ? 1.7 : 1.0);
-    const double adaptive = breakpoint_distance(std::min(a.range, b.range), angle, params.break_angle, sigma);
+    const double ratio = beams == 1 ? ratio_of_neighbours : breakpoint_ratio(angle, params.break_angle);
+    const double adaptive = std::min(a.range, b.range) * ratio + 3.0 * sigma;
     const double trend = params.mean_factor * mean * static_cast<double>(beams);
     const double limit = std::clamp(std::max(adaptive, trend), floor, std::max(floor, params.break_max * beam_step));
     const bool is_break = d > limit || beams > gap_limit;

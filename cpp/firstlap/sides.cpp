@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "firstlap/geometry.hpp"
+
 namespace firstlap {
 namespace {
 
@@ -23,7 +25,7 @@ class Bin {
 };
 
 void push_between(Point2 a, Point2 b, double spacing, std::size_t section, Buffer<SectionSample>& samples) noexcept {
-  const double d = std::hypot(b.x - a.x, b.y - a.y);
+  const double d = norm(b.x - a.x, b.y - a.y);
   const int pieces = std::clamp(static_cast<int>(d / spacing), 1, 40);
   for (int k = 1; k <= pieces; ++k) {
     const double t = static_cast<double>(k) / static_cast<double>(pieces);
@@ -41,7 +43,7 @@ void sample_section(const Buffer<ScanPoint>& points, const Section& section, std
   for (std::size_t i = section.first + 1; i <= section.last; ++i) {
     bin.add(points[i]);
     filled = true;
-    const bool complete = std::hypot(points[i].x - start.x, points[i].y - start.y) >= spacing;
+    const bool complete = norm(points[i].x - start.x, points[i].y - start.y) >= spacing;
     if (!complete) continue;
     const Point2 mean = bin.mean();
     push_between(previous, mean, spacing, index, samples);
@@ -90,7 +92,7 @@ void insert_candidate(SplitCandidate candidate, Candidates& best) noexcept {
 Point2 outward_at(const Buffer<SectionSample>& samples, std::size_t end, std::size_t inner) noexcept {
   const double dx = samples[end].x - samples[inner].x;
   const double dy = samples[end].y - samples[inner].y;
-  const double d = std::hypot(dx, dy);
+  const double d = norm(dx, dy);
   return d > 1e-6 ? Point2{dx / d, dy / d} : Point2{};
 }
 
@@ -117,7 +119,7 @@ class SideRanges {
 };
 
 double gap_between(const Buffer<SectionSample>& samples, const SampleRange& a, const SampleRange& b) noexcept {
-  return std::hypot(samples[b.first].x - samples[a.last].x, samples[b.first].y - samples[a.last].y);
+  return norm(samples[b.first].x - samples[a.last].x, samples[b.first].y - samples[a.last].y);
 }
 
 void push_range(const Buffer<SectionSample>& samples, const SampleRange& range, bool open_before, bool open_after,
@@ -135,7 +137,7 @@ void push_bridge(const Buffer<SectionSample>& samples, const SampleRange& a, con
                  WallSide& side) noexcept {
   const SectionSample& p = samples[a.last];
   const SectionSample& q = samples[b.first];
-  const int pieces = static_cast<int>(std::hypot(q.x - p.x, q.y - p.y) / spacing);
+  const int pieces = static_cast<int>(norm(q.x - p.x, q.y - p.y) / spacing);
   for (int k = 1; k <= pieces; ++k) {
     const double t = static_cast<double>(k) / static_cast<double>(pieces + 1);
     side.push(p.x + t * (q.x - p.x), p.y + t * (q.y - p.y), {}, 0.0F);
@@ -219,7 +221,7 @@ Candidates rank_splits(const Buffer<ScanPoint>& points, const Buffer<Section>& s
     if (sections[i].fate == Fate::kept && before != nullptr) {
       const ScanPoint& a = points[before->last];
       const ScanPoint& b = points[sections[i].first];
-      const bool passable = std::hypot(b.x - a.x, b.y - a.y) >= gap_needed;
+      const bool passable = norm(b.x - a.x, b.y - a.y) >= gap_needed;
       const bool behind = 0.5 * (a.x + b.x) < car.laser_x;
       if (passable) consider(i, std::max(a.range, b.range) * (behind ? 0.5 : 1.0));
     }

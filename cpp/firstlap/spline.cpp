@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "firstlap/geometry.hpp"
+
 namespace firstlap {
 
 Spline::Spline(std::size_t capacity)
@@ -13,7 +15,7 @@ bool Spline::fit(const Buffer<Point2>& points) noexcept {
   x_.clear();
   y_.clear();
   for (const Point2& p : points) {
-    const double step = u_.empty() ? 0.0 : std::hypot(p.x - x_.back(), p.y - y_.back());
+    const double step = u_.empty() ? 0.0 : norm(p.x - x_.back(), p.y - y_.back());
     if (!u_.empty() && step < 1e-6) continue;
     u_.push(u_.empty() ? 0.0 : u_.back() + step);
     x_.push(p.x);
@@ -64,7 +66,7 @@ SplineSample Spline::at(double u, std::size_t& hint) const noexcept {
   const double dy = first(y_, yy_);
   const double ddx = a * xx_[i] + b * xx_[i + 1];
   const double ddy = a * yy_[i] + b * yy_[i + 1];
-  const double speed = std::max(std::hypot(dx, dy), 1e-9);
+  const double speed = std::max(norm(dx, dy), 1e-9);
   return {value(x_, xx_), value(y_, yy_), std::atan2(dy, dx), (dx * ddy - dy * ddx) / (speed * speed * speed)};
 }
 

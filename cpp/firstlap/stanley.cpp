@@ -2,12 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+
+#include "firstlap/geometry.hpp"
 
 namespace firstlap {
 namespace {
-
-double wrap(double angle) noexcept { return std::remainder(angle, 2.0 * std::numbers::pi); }
 
 // Mean |curvature| over the next `length` metres.
 double mean_curvature(const Buffer<TrajectoryPoint>& path, std::size_t from, double length) noexcept {
@@ -27,7 +26,7 @@ TrajectoryPoint point_at(const Buffer<TrajectoryPoint>& path, std::size_t from, 
   const TrajectoryPoint& a = path[i];
   const TrajectoryPoint& b = path[i + 1];
   const double t = std::clamp((s - a.s) / std::max(b.s - a.s, 1e-9), 0.0, 1.0);
-  return {s, a.x + t * (b.x - a.x), a.y + t * (b.y - a.y), a.yaw + t * wrap(b.yaw - a.yaw),
+  return {s, a.x + t * (b.x - a.x), a.y + t * (b.y - a.y), a.yaw + t * wrap_angle(b.yaw - a.yaw),
           a.curvature + t * (b.curvature - a.curvature), a.velocity + t * (b.velocity - a.velocity)};
 }
 
@@ -47,7 +46,7 @@ SteeringTerms track_path(const Buffer<TrajectoryPoint>& path, std::size_t from, 
   }
   point = point_at(path, from, path[from].s + terms.lookahead);
 
-  terms.heading_error = wrap(point.yaw) + params.k_ag * v * v * point.curvature;
+  terms.heading_error = wrap_angle(point.yaw) + params.k_ag * v * v * point.curvature;
   terms.cross_track_error = std::cos(point.yaw) * point.y - std::sin(point.yaw) * (point.x - car.wheelbase);
   const double reference[] = {v * point.curvature, v * path[from].curvature, 0.0};
   terms.yaw_rate_error = state.yaw_rate - reference[std::clamp(params.rate_reference, 0, 2)];

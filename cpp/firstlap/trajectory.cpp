@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "firstlap/geometry.hpp"
+
 namespace firstlap {
 namespace {
 
-double distance(const Point2& a, const Point2& b) noexcept { return std::hypot(a.x - b.x, a.y - b.y); }
+double distance(const Point2& a, const Point2& b) noexcept { return norm(a.x - b.x, a.y - b.y); }
 
 // Distance of p to the half-line from a through b.
 double ray_distance(const Point2& a, const Point2& b, const Point2& p) noexcept {
@@ -33,11 +35,11 @@ Foot foot_of_axle(const Buffer<Point2>& points, double axle_x) noexcept {
   for (std::size_t i = 0; i + 1 < points.size(); ++i) {
     const double dx = points[i + 1].x - points[i].x;
     const double dy = points[i + 1].y - points[i].y;
-    const double length = std::max(std::hypot(dx, dy), 1e-9);
+    const double length = std::max(norm(dx, dy), 1e-9);
     const double rx = axle_x - points[i].x;
     const double ry = -points[i].y;
     const double t = std::clamp((rx * dx + ry * dy) / length, 0.0, length);
-    const double gap = std::hypot(rx - t * dx / length, ry - t * dy / length);
+    const double gap = norm(rx - t * dx / length, ry - t * dy / length);
     if (gap < best_distance) {
       best_distance = gap;
       best = {i, along + t, (dx * ry - dy * rx) / length, std::atan2(dy, dx)};
@@ -81,7 +83,7 @@ void join_car(const CarGeometry& car, double join_distance, Buffer<Point2>& poin
                                         slope * join_distance * (t - 6.0 * t3 + 8.0 * t3 * t - 3.0 * t3 * t * t);
     const double tx = points[i + 1].x - before.x;
     const double ty = points[i + 1].y - before.y;
-    const double length = std::max(std::hypot(tx, ty), 1e-9);
+    const double length = std::max(norm(tx, ty), 1e-9);
     points[i] = {here.x - offset * ty / length, here.y + offset * tx / length};
     before = here;
   }
@@ -124,7 +126,7 @@ void sample_path(const Buffer<Point2>& keys, double sample, double end_hold, Spl
   const auto pieces = static_cast<std::size_t>(spline.length() / sample);
   for (std::size_t i = 0; i <= pieces; ++i) {
     const SplineSample p = spline.at(static_cast<double>(i) * sample, hint);
-    const double step = i == 0 ? 0.0 : std::hypot(p.x - path.back().x, p.y - path.back().y);
+    const double step = i == 0 ? 0.0 : norm(p.x - path.back().x, p.y - path.back().y);
     const double s = i == 0 ? 0.0 : path.back().s + step;
     if (!path.push({s, p.x, p.y, p.yaw, p.curvature, 0.0})) break;
   }

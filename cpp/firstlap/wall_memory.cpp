@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "firstlap/geometry.hpp"
+
 namespace firstlap {
 namespace {
 
@@ -16,7 +18,7 @@ bool is_hidden(double x, double y, const BeamTable& table, const Buffer<float>& 
   const std::size_t last = std::min(beam + 2, ranges.size() - 1);
   float seen = 0.0F;
   for (std::size_t i = first; i <= last; ++i) seen = std::max(seen, ranges[i]);
-  return seen == 0.0F || static_cast<double>(seen) < std::hypot(x, y) - clear;
+  return seen == 0.0F || static_cast<double>(seen) < norm(x, y) - clear;
 }
 
 void recall_side(const WallSide& before, const BeamTable& table, const Buffer<float>& ranges, const CarGeometry& car,

@@ -1,6 +1,8 @@
 #include "firstlap/walls_seen.hpp"
 
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 #include <limits>
 
 namespace firstlap {
@@ -36,44 +38,46 @@ void WallSide::push(double px, double py, Point2 out, float seen_before) noexcep
   age.push(seen_before);
 }
 
+// Four samples at a time, in the vectors that gcc and clang offer on every processor: as a plain loop
+// this search would take half of a step.
 Nearest nearest_sample(const WallSide& side, double px, double py) noexcept {
+  constexpr std::size_t lanes = 4;
+  using Floats = float __attribute__((vector_size(16)));
+  using Ints = std::int32_t __attribute__((vector_size(16)));
   const std::size_t n = side.size();
   const float* xs = side.x.data();
   const float* ys = side.y.data();
   const auto fx = static_cast<float>(px);
   const auto fy = static_cast<float>(py);
-  // Four lanes, written out: the compiler may not reorder a minimum by itself.
-  constexpr std::size_t lanes = 4;
-  float best[lanes];
-  std::int32_t index[lanes];
-  for (std::size_t k = 0; k < lanes; ++k) {
-    best[k] = std::numeric_limits<float>::infinity();
-    index[k] = 0;
-  }
+  constexpr float far = std::numeric_limits<float>::infinity();
+
+  Floats best = {far, far, far, far};
+  Ints best_at = {0, 0, 0, 0};
+  Ints at = {0, 1, 2, 3};
   std::size_t i = 0;
   for (; i + lanes <= n; i += lanes) {
-    for (std::size_t k = 0; k < lanes; ++k) {
-      const float dx = xs[i + k] - fx;
-      const float dy = ys[i + k] - fy;
-      const float d = dx * dx + dy * dy;
-      const bool nearer = d < best[k];
-      best[k] = nearer ? d : best[k];
-      index[k] = nearer ? static_cast<std::int32_t>(i + k) : index[k];
-    }
+    Floats dx;
+    Floats dy;
+    std::memcpy(&dx, xs + i, sizeof dx);
+    std::memcpy(&dy, ys + i, sizeof dy);
+    dx -= fx;
+    dy -= fy;
+    const Floats d = dx * dx + dy * dy;
+    const Ints nearer = d < best;
+    best = nearer ? d : best;
+    best_at = nearer ? at : best_at;
+    at += static_cast<std::int32_t>(lanes);
   }
-  for (; i < n; ++i) {
-    const float dx = xs[i] - fx;
-    const float dy = ys[i] - fy;
-    const float d = dx * dx + dy * dy;
-    if (d < best[0]) {
-      best[0] = d;
-      index[0] = static_cast<std::int32_t>(i);
-    }
-  }
-  std::size_t lane = 0;
-  for (std::size_t k = 1; k < lanes; ++k)
-    if (best[k] < best[lane]) lane = k;
-  return {static_cast<std::size_t>(index[lane]), std::sqrt(static_cast<double>(best[lane]))};
+  std::size_t index = 0;
+  float smallest = far;
+  const auto consider = [&](float d, std::size_t k) {
+    if (d >= smallest) return;
+    smallest = d;
+    index = k;
+  };
+  for (std::size_t k = 0; k < lanes; ++k) consider(best[k], static_cast<std::size_t>(best_at[k]));
+  for (; i < n; ++i) consider((xs[i] - fx) * (xs[i] - fx) + (ys[i] - fy) * (ys[i] - fy), i);
+  return {index, std::sqrt(static_cast<double>(smallest))};
 }
 
 void move_walls(const Pose2& motion, double dt, WallsSeen& walls) noexcept {

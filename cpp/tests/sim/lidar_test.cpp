@@ -1,0 +1,180 @@
+#include "firstlap/sim/lidar.hpp"
+
+#include <gtest/gtest.h>
+
+#include "support.hpp"
+
+namespace firstlap::sim {
+namespace {
+
+using testing::wavy_track;
+
+constexpr double inf = std::numeric_limits<double>::infinity();
+
+double expected_range(const LidarParams& params, const Walls& walls, const Pose2& pose, int beam) {
+  const double range = walls.raycast_brute_force(pose, params.angle_min() + beam * params.angle_increment());
+  if (range > params.range_max) return inf;
+  return range < params.range_min ? -inf : range;
+}
+
+bool agree(double a, double b) { return a == b || std::abs(a - b) <= 1e-6; }
+
+// Beams that miss the reference: the end-point ambiguity allows the reference on either side of the beam.
+int count_disagreements(const LidarParams& params, const Walls& walls, const Pose2& pose) {
+  Lidar lidar(params, walls);
+  std::vector<float> ranges(static_cast<std::size_t>(params.beams));
+  lidar.scan(pose, ranges);
+  int bad = 0;
+  for (int i = 0; i < params.beams; ++i) {
+    const double got = static_cast<double>(ranges[static_cast<std::size_t>(i)]);
+    if (agree(got, expected_range(params, walls, pose, i))) continue;
+    const double angle = params.angle_min() + i * params.angle_increment();
+    if (agree(got, walls.raycast_brute_force(pose, angle + 1e-12))) continue;
+    if (agree(got, walls.raycast_brute_force(pose, angle - 1e-12))) continue;
+    ++bad;
+  }
+  return bad;
+}
+
+std::vector<WallSegment> random_segments(Rng& rng, int count, double size, double longest) {
+  std::vector<WallSegment> segments;
+  for (int i = 0; i < count; ++i) {
+    const double x = size * (rng.uniform() - 0.5), y = size * (rng.uniform() - 0.5);
+    segments.push_back({x, y, x + longest * (rng.uniform() - 0.5), y + longest * (rng.uniform() - 0.5)});
+    if (i % 3 != 0) {  // a polyline of two
+      const WallSegment& last = segments.back();
+      segments.push_back({last.x2, last.y2, last.x2 + rng.uniform() - 0.5, last.y2 + rng.uniform() - 0.5});
+    }
+  }
+  return segments;
+}
+
+TEST(Lidar, EqualsBruteForceAmongRandomWallsFor200kBeams) {
+  Rng rng(11);
+  for (int trial = 0; trial < 200; ++trial) {
+    const Walls walls(random_segments(rng, 5 + trial % 60, 40.0, trial % 2 == 0 ? 3.0 : 40.0));
+    const Pose2 pose{20.0 * (rng.uniform() - 0.5), 20.0 * (rng.uniform() - 0.5), 7.0 * (rng.uniform() - 0.5)};
+    ASSERT_EQ(count_disagreements({}, walls, pose), 0) << "trial " << trial;
+  }
+}
+
+TEST(Lidar, EqualsBruteForceOnATrack) {
+  const Track track = wavy_track();
+  const Progress progress(track.centerline);
+  Rng rng(12);
+  for (int trial = 0; trial < 100; ++trial) {
+    Pose2 pose = progress.pose_at(progress.length() * rng.uniform());
+    pose = {pose.x + rng.uniform() - 0.5, pose.y + rng.uniform() - 0.5, pose.yaw + rng.gaussian()};
+    ASSERT_EQ(count_disagreements({}, track.walls, pose), 0) << "trial " << trial;
+  }
+}
+
+TEST(Lidar, EqualsBruteForceForAnyBeamCountAndFieldOfView) {
+  Rng rng(13);
+  for (const int beams : {2, 3, 7, 271, 1080, 10000}) {
+    for (const double fov : {0.1, 1.0, 3.0, 4.7, 6.28}) {
+      const Walls walls(random_segments(rng, 60, 30.0, 10.0));
+      ASSERT_EQ(count_disagreements({.beams = beams, .fov = fov}, walls, {0.0, 0.0, rng.gaussian()}), 0)
+          << beams << " beams over " << fov;
+    }
+  }
+}
+
+TEST(Lidar, SeesAlignedWallsWithoutGaps) {  // beams through corners, walls edge-on
+  const Walls room({{-2, -2, 2, -2}, {2, -2, 2, 2}, {2, 2, -2, 2}, {-2, 2, -2, -2}, {1, 0, 1.5, 0}});
+  Lidar lidar({.beams = 361, .fov = std::numbers::pi}, room);
+  std::vector<float> ranges(361);
+  lidar.scan({}, ranges);
+  for (int i = 0; i < 361; ++i) {
+    const double angle = (i - 180) * std::numbers::pi / 360.0;
+    const double expected = 2.0 / std::max(std::abs(std::cos(angle)), std::abs(std::sin(angle)));
+    EXPECT_NEAR(ranges[static_cast<std::size_t>(i)], expected, 1e-6) << i;
+  }
+}
+
+TEST(Lidar, SeesVisibleWallsOnlyAndMarksTooFarAndTooNear) {
+  const Walls walls({{1, -9, 1, 9, false, true}, {40, -9, 40, 9}, {-0.05, -0.2, -0.05, 0.2}});
+  Lidar lidar({.beams = 5, .fov = 6.28}, walls);
+  std::vector<float> ranges(5);
+  lidar.scan({}, ranges);
+  EXPECT_EQ(ranges[2], inf);
+  EXPECT_EQ(ranges[0], -inf);
+}
+
+TEST(Lidar, WithoutWallsSeesNothing) {
+  const Walls walls;
+  Lidar lidar({}, walls);
+  std::vector<float> ranges(1081, 1.0F);
+  lidar.scan({}, ranges);
+  for (const float r : ranges) ASSERT_EQ(r, inf);
+}
+
+TEST(Lidar, SectorsFromOnePoseMakeTheWholeScan) {
+  const Track track = wavy_track();
+  const Pose2 pose{track.centerline[5].x, track.centerline[5].y, 1.0};
+  Lidar lidar({}, track.walls);
+  std::vector<float> whole(1081), parts(1081, -1.0F);
+  lidar.scan(pose, whole);
+  for (const auto& [first, last] : {std::pair{0, 1}, {1, 300}, {300, 301}, {301, 1000}, {1000, 1081}}) {
+    lidar.scan_sector(pose, first, last, parts);
+  }
+  EXPECT_EQ(whole, parts);
+}
+
+TEST(Lidar, NoiseHasTheMeanAndSigmaAndDropoutRateAsked) {
+  const Walls walls;
+  const LidarParams params{.noise_sigma = 0.02, .dropout_rate = 0.01};
+  const Lidar lidar(params, walls);
+  Rng rng(3);
+  double sum = 0.0, squares = 0.0;
+  int lost = 0, kept = 0;
+  for (int scan = 0; scan < 500; ++scan) {
+    std::vector<float> ranges(1081, 5.0F);
+    lidar.add_noise(ranges, rng);
+    for (const float r : ranges) {
+      if (std::isinf(r)) {
+        ++lost;
+        continue;
+      }
+      const double error = static_cast<double>(r) - 5.0;
+      ++kept;
+      sum += error;
+      squares += error * error;
+    }
+  }
+  EXPECT_NEAR(sum / kept, 0.0, 1.5e-4);
+  EXPECT_NEAR(std::sqrt(squares / kept), 0.02, 1e-4);
+  EXPECT_NEAR(static_cast<double>(lost) / (lost + kept), 0.01, 6e-4);
+}
+
+TEST(Lidar, LosesBlocksOfBeams) {
+  const Walls walls;
+  const LidarParams params{
+      .noise_sigma = 0.0, .dropout_rate = 0.0, .dropout_block_rate = 1.0, .dropout_block_beams = 30};
+  const Lidar lidar(params, walls);
+  Rng rng(4);
+  for (int scan = 0; scan < 100; ++scan) {
+    std::vector<float> ranges(1081, 5.0F);
+    lidar.add_noise(ranges, rng);
+    const auto lost = std::count_if(ranges.begin(), ranges.end(), [](float r) { return std::isinf(r); });
+    EXPECT_TRUE(lost == 30 || std::isinf(ranges.back())) << lost;
+    EXPECT_LE(lost, 30);
+  }
+}
+
+TEST(Lidar, LosesEveryBeamAtDropoutRateOne) {
+  const Walls walls;
+  const Lidar lidar({.dropout_rate = 1.0}, walls);
+  Rng rng(5);
+  std::vector<float> ranges(1081, 5.0F);
+  lidar.add_noise(ranges, rng);
+  for (const float r : ranges) ASSERT_EQ(r, inf);
+}
+
+TEST(Lidar, RejectsAParameterByName) {
+  const Walls walls;
+  EXPECT_THROW(Lidar({.beams = 1}, walls), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace firstlap::sim

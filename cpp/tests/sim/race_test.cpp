@@ -1,0 +1,192 @@
+#include "firstlap/sim/race.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "support.hpp"
+
+namespace firstlap::sim {
+namespace {
+
+using testing::annulus;
+using testing::CenterDriver;
+using testing::FixedDriver;
+using testing::quiet;
+using testing::wavy_track;
+
+// Everything but the wall clock.
+void expect_identical(const RaceResult& a, const RaceResult& b) {
+  EXPECT_EQ(a.outcome, b.outcome);
+  EXPECT_EQ(a.time, b.time);
+  EXPECT_EQ(a.distance, b.distance);
+  ASSERT_EQ(a.laps.size(), b.laps.size());
+  for (std::size_t i = 0; i < a.laps.size(); ++i) EXPECT_EQ(a.laps[i].time, b.laps[i].time);
+  ASSERT_EQ(a.path.size(), b.path.size());
+  for (std::size_t i = 0; i < a.path.size(); ++i) {
+    ASSERT_EQ(a.path[i].x, b.path[i].x);
+    ASSERT_EQ(a.path[i].command_steering_angle, b.path[i].command_steering_angle);
+  }
+}
+
+TEST(Race, ADriverInTheMiddleFinishesItsLaps) {
+  const Track track = wavy_track(400, 1.2, 0.1);
+  CenterDriver driver(3.0);
+  const RaceResult result = run(track, default_car(), driver, {.laps = 2});
+  EXPECT_EQ(result.outcome, Outcome::finished);
+  ASSERT_EQ(result.laps.size(), 2U);
+  EXPECT_TRUE(result.laps[0].standing);
+  EXPECT_FALSE(result.laps[1].standing);
+  EXPECT_GT(result.laps[0].time, result.laps[1].time);
+  EXPECT_NEAR(result.time, result.laps[0].time + result.laps[1].time, 1e-9);
+  EXPECT_NEAR(result.distance, result.laps[0].distance + result.laps[1].distance, 1e-9);
+  EXPECT_EQ(result.path.size(), result.compute_times.size());
+  EXPECT_GT(result.laps[1].min_clearance, 0.0);
+  EXPECT_EQ(driver.resets, 1);
+}
+
+TEST(Race, TheSameSeedGivesTheSameRaceAndAnotherSeedAnother) {
+  const Track track = wavy_track(400, 1.2, 0.1);
+  CenterDriver driver(3.0);
+  const RaceResult a = run(track, default_car(), driver, {.laps = 1, .seed = 5});
+  const RaceResult b = run(track, default_car(), driver, {.laps = 1, .seed = 5});
+  const RaceResult c = run(track, default_car(), driver, {.laps = 1, .seed = 6});
+  expect_identical(a, b);
+  EXPECT_NE(a.time, c.time);
+}
+
+// On a circle at constant steering the rear axle keeps R = L / tan(delta): a flying lap takes 2 pi R / v.
+TEST(Race, LapTimeOnACircleIsExactAndNotAMultipleOfTheStep) {
+  Car car = quiet(default_car());
+  const double radius = 5.0, steering = std::atan(car.geometry.wheelbase / radius);
+  const Track track = annulus(radius, 1.0);
+  FixedDriver driver({0.7, steering});
+  const RaceResult result = run(track, car, driver, {.laps = 3});
+  ASSERT_EQ(result.outcome, Outcome::finished);
+  const double expected = 2.0 * std::numbers::pi * radius / 0.7;
+  EXPECT_NEAR(result.laps[1].time, expected, 2e-3);
+  EXPECT_NEAR(result.laps[2].time, expected, 2e-3);
+  EXPECT_NEAR(result.laps[2].mean_speed, 0.7, 1e-4);
+  EXPECT_NEAR(result.laps[2].min_clearance, radius - 0.155 - (radius - 1.0), 0.05);
+}
+
+TEST(Race, LapTimesDoNotDependOnTheScanRate) {
+  Car fast = quiet(default_car()), slow = fast;
+  slow.lidar.rate = 17.0;
+  const double steering = std::atan(fast.geometry.wheelbase / 5.0);
+  const Track track = annulus(5.0, 1.0);
+  FixedDriver driver({0.7, steering});
+  const double a = run(track, fast, driver, {.laps = 2}).laps.at(1).time;
+  const double b = run(track, slow, driver, {.laps = 2}).laps.at(1).time;
+  EXPECT_NEAR(a, b, 1e-4);
+}
+
+TEST(Race, AWallEndsTheRaceWhereTheCarTouchesIt) {
+  const Track track = annulus(8.0, 1.0);
+  FixedDriver driver({2.0, 0.0});
+  const RaceResult result = run(track, quiet(default_car()), driver);
+  ASSERT_EQ(result.outcome, Outcome::contact);
+  ASSERT_TRUE(result.contact.has_value());
+  EXPECT_NEAR(std::hypot(result.contact->x, result.contact->y), 9.0, 0.01);
+  const CarGeometry car;  // straight on from (8, 0): the right front corner first
+  EXPECT_NEAR(result.contact->y, std::sqrt(81.0 - 8.155 * 8.155), 0.02);
+  EXPECT_EQ(result.contact->time, result.time);
+  EXPECT_TRUE(result.laps.empty());
+}
+
+TEST(Race, StandingStillIsStuck) {
+  const Track track = annulus(5.0, 1.0);
+  FixedDriver driver({0.0, 0.0});
+  const RaceResult result = run(track, quiet(default_car()), driver);
+  EXPECT_EQ(result.outcome, Outcome::stuck);
+  EXPECT_NEAR(result.time, 3.0, 0.03);
+}
+
+TEST(Race, CrawlingIsATimeout) {
+  const Track track = annulus(5.0, 1.0);
+  FixedDriver driver({0.2, std::atan(0.33 / 5.0)});
+  const RaceResult result = run(track, quiet(default_car()), driver);
+  EXPECT_EQ(result.outcome, Outcome::timeout);
+  EXPECT_NEAR(result.time, 2.0 * std::numbers::pi * 5.0 / 0.3, 0.1);
+}
+
+TEST(Race, DrivingBackwardsAroundTheTrackIsTheWrongWayAndNoLap) {
+  const Track track = annulus(5.0, 1.0);
+  FixedDriver driver({0.7, -std::atan(0.33 / 5.0)});
+  const RaceResult result = run(track, quiet(default_car()), driver, {.start_yaw = std::numbers::pi});
+  EXPECT_EQ(result.outcome, Outcome::wrong_way);
+  EXPECT_TRUE(result.laps.empty());
+}
+
+TEST(Race, AStartOnAWallIsRefused) {
+  const Track track = annulus(5.0, 1.0);
+  FixedDriver driver({1.0, 0.0});
+  EXPECT_THROW(Race(track, default_car(), driver, {.start_offset = 1.0}), std::invalid_argument);
+  EXPECT_THROW(Race(track, default_car(), driver, {.laps = 0}), std::invalid_argument);
+}
+
+TEST(Race, AStandingCarScansAsTheLidarDoes) {
+  const Track track = wavy_track();
+  FixedDriver driver({0.0, 0.0});
+  const Car car = quiet(default_car());
+  Race race(track, car, driver);
+  race.advance();
+  Lidar lidar(car.lidar, track.walls);
+  std::vector<float> expected(1081);
+  const Pose2 pose = race.pose();
+  lidar.scan({pose.x + 0.27 * std::cos(pose.yaw), pose.y + 0.27 * std::sin(pose.yaw), pose.yaw}, expected);
+  for (std::size_t i = 0; i < 1081; ++i) ASSERT_EQ(race.scan().ranges[i], expected[i]) << i;
+}
+
+// Straight ahead along a corridor with a wall far ahead and one behind: each beam sees the wall from where the
+// car was when it was measured.
+TEST(Race, BeamsOfAMovingCarAreMeasuredAlongTheSweep) {
+  Track track{Walls({{-50, -3, 50, -3}, {50, -3, 50, 3}, {50, 3, -50, 3}, {-50, 3, -50, -3}}),
+              {{0, 0}, {10, 0}, {20, 0}, {20, 1}, {-20, 1}, {-20, 0}}};
+  Car car = quiet(default_car());
+  car.lidar.range_max = 100.0;
+  car.lidar.beams = 3;
+  car.lidar.fov = std::numbers::pi;
+  FixedDriver driver({4.0, 0.0});
+  Race race(track, car, driver);
+  for (int i = 0; i < 80; ++i) ASSERT_TRUE(race.advance());
+  const double speed = race.state().speed, nose = race.pose().x + car.geometry.laser_x;
+  EXPECT_GT(speed, 3.9);
+  const double middle = 50.0 - static_cast<double>(race.scan().ranges[1]);  // where the laser was half a sweep ago
+  EXPECT_NEAR(middle, nose - 0.5 * car.lidar.sweep_time * speed, 0.0013 * speed);
+  EXPECT_NEAR(race.scan().time_increment, 0.01875 / 2, 1e-12);
+}
+
+TEST(Race, ComputeLatencyDelaysTheCommand) {
+  const Track track = annulus(5.0, 1.0);
+  FixedDriver driver({2.0, 0.0});
+  const auto speed_after = [&](double latency) {
+    Race race(track, quiet(default_car()), driver, {.compute_latency = latency});
+    for (int i = 0; i < 4; ++i) race.advance();
+    return race.state().speed;
+  };
+  EXPECT_GT(speed_after(0.0), 0.4);
+  EXPECT_EQ(speed_after(0.1), 0.0);
+}
+
+TEST(Race, StartsAnywhereAndCountsLapsFromThere) {
+  const Track track = annulus(5.0, 1.0);
+  FixedDriver driver({0.7, std::atan(0.33 / 5.0)});
+  const RaceResult result = run(track, quiet(default_car()), driver, {.laps = 1, .start_s = 20.0});
+  ASSERT_EQ(result.outcome, Outcome::finished);
+  EXPECT_NEAR(result.path.front().s, 20.0, 0.1);
+  EXPECT_NEAR(result.path.back().s, 20.0, 0.1);
+}
+
+TEST(Race, EveryCarFinishesWithNoiseOverManySeeds) {
+  const Track track = wavy_track(400, 1.2, 0.1);
+  for (const Car& car : {default_car(), nuc2_car(), gym_car()}) {
+    for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+      CenterDriver driver(2.5);
+      EXPECT_EQ(run(track, car, driver, {.laps = 1, .seed = seed}).outcome, Outcome::finished) << seed;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace firstlap::sim

@@ -1,0 +1,218 @@
+#include "firstlap/sim/vehicle.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "firstlap/sim/car.hpp"
+#include "firstlap/sim/rng.hpp"
+
+namespace firstlap::sim {
+namespace {
+
+constexpr double g = 9.81;
+constexpr double dt = 0.0025;
+
+Vehicle driven(const Car& car, DriveCommand command, double seconds) {
+  Vehicle vehicle(car.geometry, car.vehicle);
+  vehicle.command(command);
+  for (int i = 0; i < static_cast<int>(seconds / dt); ++i) vehicle.step(dt);
+  return vehicle;
+}
+
+TEST(Vehicle, PacejkaPeaksAtDAndIsOdd) {
+  const Tyre tyre{7.5, 1.4, 0.9, 0.2};
+  double peak = 0.0;
+  for (double a = 0.0; a < 1.5; a += 1e-4) {
+    peak = std::max(peak, magic_formula(tyre, a));
+    ASSERT_DOUBLE_EQ(magic_formula(tyre, -a), -magic_formula(tyre, a));
+  }
+  EXPECT_NEAR(peak, 0.9, 1e-6);
+  EXPECT_NEAR(magic_formula(tyre, 1e-6) / 1e-6, 7.5 * 1.4 * 0.9, 1e-3);
+}
+
+TEST(Vehicle, ConformsToTheCommonRoadSingleTrackVector) {
+  CarGeometry geometry;  // BMW 320i, f1tenth_gym's unit test
+  geometry.steering_limit = 1.066;
+  geometry.steering_rate = 0.4;
+  VehicleParams p = gym_car().vehicle;
+  p.friction = 1.0489;
+  p.gym_stiffness_front = p.gym_stiffness_rear = 21.92 / 1.0489;
+  p.l_f = 0.3048 * 3.793293;
+  p.l_r = 0.3048 * 4.667707;
+  p.cg_height = 0.3048 * 2.01355;
+  p.mass = 4.4482216152605 / 0.3048 * 74.91452;
+  p.yaw_inertia = 4.4482216152605 * 0.3048 * 1321.416;
+  p.accel_max = p.brake_max = 11.5;
+  p.speed_max = 50.8;
+  p.reverse_speed_max = 13.6;
+  const GymState state{2.0233348142065677, 0.0041907137716636, 0.0197545248559617, 15.7216236334290116,
+                       0.0025857914776859, 0.0529001056654038, 0.0033012170610298};
+  const GymState expected{15.7213512030862397, 0.0925527979719355, 0.15, 5.3536773276413925, 0.0529001056654038,
+                          0.6435589397748606, 0.0313297971641291};
+  const GymState f = gym_derivative(geometry, p, state, {0.15, 0.63 * g});
+  for (std::size_t i = 0; i < f.size(); ++i) EXPECT_NEAR(f[i], expected[i], 1e-12) << i;
+}
+
+TEST(Vehicle, GymControlHasItsTwoSpeedGains) {
+  const Car car = gym_car();
+  const GymState at_two{0, 0, 0, 2.0, 0, 0, 0};
+  EXPECT_NEAR(gym_control(car.geometry, car.vehicle, at_two, 3.0, 0.1).acceleration, 4.755, 1e-12);
+  EXPECT_NEAR(gym_control(car.geometry, car.vehicle, at_two, 1.0, 0.1).acceleration, -19.02, 1e-12);
+  EXPECT_EQ(gym_control(car.geometry, car.vehicle, at_two, 1.0, 0.1).steering_rate, 3.2);
+  EXPECT_EQ(gym_control(car.geometry, car.vehicle, at_two, 1.0, 0.00005).steering_rate, 0.0);
+}
+
+TEST(Vehicle, GymSteersTwoControlStepsLate) {
+  const Car car = gym_car();
+  Vehicle vehicle(car.geometry, car.vehicle);
+  vehicle.command({0.0, 0.4});
+  for (int i = 0; i < 8; ++i) vehicle.step(dt);
+  EXPECT_EQ(vehicle.state().steering_angle, 0.0);
+  vehicle.step(dt);
+  EXPECT_NEAR(vehicle.state().steering_angle, 3.2 * dt, 1e-12);
+}
+
+// delta = L / R + a_y / (g mu) (1 / BCD_f - 1 / BCD_r) while the tyres are in their linear part.
+void expect_steady_cornering(const Car& car, double speed, double steering) {
+  const Vehicle vehicle = driven(car, {speed, steering}, 8.0);
+  const double yaw_rate = vehicle.state().yaw_rate, v = vehicle.state().speed, a_y = vehicle.lateral_acceleration();
+  const VehicleParams& p = car.vehicle;
+  const double front = p.friction * p.front_b * p.front_c * p.front_d;
+  const double understeer = 1.0 / front - 1.0 / (p.friction * p.rear_b * p.rear_c * p.rear_d);
+  EXPECT_NEAR(car.geometry.wheelbase * yaw_rate / v + understeer * a_y / g, steering, 0.01 * steering);
+  EXPECT_NEAR(a_y, v * yaw_rate, 1e-3);
+}
+
+TEST(Vehicle, CornersSteadilyAsTheClosedFormSays) {
+  expect_steady_cornering(default_car(), 2.0, 0.05);
+  expect_steady_cornering(default_car(), 3.0, 0.03);
+  expect_steady_cornering(nuc2_car(), 2.0, 0.05);
+  expect_steady_cornering(nuc2_car(), 3.0, 0.03);
+}
+
+TEST(Vehicle, IsKinematicWhenSlow) {
+  const Vehicle vehicle = driven(default_car(), {0.5, 0.3}, 5.0);
+  EXPECT_NEAR(vehicle.state().yaw_rate, vehicle.state().speed * std::tan(0.3) / 0.33, 1e-6);
+  EXPECT_NEAR(vehicle.lateral_speed(), 0.0, 1e-6);
+}
+
+TEST(Vehicle, RearAxleDrawsTheKinematicCircle) {
+  const Car car = default_car();
+  Vehicle vehicle = driven(car, {0.5, 0.3}, 5.0);
+  const double radius = car.geometry.wheelbase / std::tan(0.3);
+  const Pose2 start = vehicle.pose();
+  const Point2 center{start.x - radius * std::sin(start.yaw), start.y + radius * std::cos(start.yaw)};
+  for (int i = 0; i < 4000; ++i) {
+    vehicle.step(dt);
+    ASSERT_NEAR(std::hypot(vehicle.pose().x - center.x, vehicle.pose().y - center.y), radius, 1e-4);
+  }
+}
+
+TEST(Vehicle, NeverAcceleratesBeyondItsFriction) {
+  Rng rng(31);
+  for (const Car& car : {default_car(), nuc2_car()}) {
+    const double peak = std::max(car.vehicle.front_d, car.vehicle.rear_d);
+    for (int trial = 0; trial < 40; ++trial) {
+      Vehicle vehicle(car.geometry, car.vehicle);
+      double largest = 0.0;
+      for (int i = 0; i < 4000; ++i) {
+        if (i % 80 == 0) vehicle.command({12.0 * rng.uniform(), 0.9 * (rng.uniform() - 0.5)});
+        vehicle.step(dt);
+        ASSERT_TRUE(std::isfinite(vehicle.pose().x));
+        if (std::hypot(vehicle.state().speed, vehicle.lateral_speed()) < 2.0) continue;
+        largest = std::max(largest, std::hypot(vehicle.forward_acceleration(), vehicle.lateral_acceleration()));
+      }
+      ASSERT_LE(largest, car.vehicle.friction * peak * g * 1.0001);
+    }
+  }
+}
+
+TEST(Vehicle, BrakesAtItsLimitWhenTheGroundHoldsIt) {
+  Car car = default_car();
+  car.vehicle.brake_max = 4.0;
+  car.vehicle.speed_gain = 100.0;
+  Vehicle vehicle(car.geometry, car.vehicle);
+  vehicle.reset({}, 6.0);
+  vehicle.command({0.0, 0.0});
+  for (int i = 0; i < 1200; ++i) vehicle.step(dt);
+  EXPECT_NEAR(vehicle.pose().x, 6.0 * 6.0 / (2.0 * 4.0), 0.01);
+  EXPECT_NEAR(vehicle.state().speed, 0.0, 1e-6);
+}
+
+TEST(Vehicle, BrakesNoBetterThanTheGroundAllows) {
+  Car car = default_car();
+  car.vehicle.brake_max = 50.0;
+  car.vehicle.friction = 0.3;
+  Vehicle vehicle(car.geometry, car.vehicle);
+  vehicle.reset({}, 6.0);
+  vehicle.command({0.0, 0.0});
+  for (int i = 0; i < 2400; ++i) vehicle.step(dt);
+  EXPECT_GT(vehicle.pose().x, 6.0 * 6.0 / (2.0 * 0.3 * g));
+  EXPECT_LT(vehicle.pose().x, 1.3 * 6.0 * 6.0 / (2.0 * 0.3 * g));
+}
+
+TEST(Vehicle, ServoKeepsItsRateLagAndDelay) {
+  const Car car = default_car();
+  Vehicle vehicle(car.geometry, car.vehicle);
+  vehicle.command({0.0, 1.0});  // beyond the limit
+  double before = 0.0, fastest = 0.0;
+  for (int i = 0; i < 400; ++i) {
+    vehicle.step(dt);
+    const double now = vehicle.state().steering_angle;
+    fastest = std::max(fastest, (now - before) / dt);
+    ASSERT_EQ(now > 0.0, vehicle.time() > 0.04 + 1e-9);
+    before = now;
+  }
+  EXPECT_NEAR(fastest, 3.2, 1e-9);
+  EXPECT_NEAR(before, car.geometry.steering_limit, 1e-4);
+}
+
+TEST(Vehicle, ServoSmallStepIsFirstOrder) {
+  Car car = default_car();
+  car.vehicle.steering_delay = 0.0;
+  Vehicle vehicle(car.geometry, car.vehicle);
+  vehicle.command({0.0, 0.1});
+  for (int i = 0; i < 24; ++i) vehicle.step(dt);  // one time constant
+  EXPECT_NEAR(vehicle.state().steering_angle, 0.1 * (1.0 - std::exp(-1.0)), 1e-6);
+}
+
+TEST(Vehicle, CannotReverse) {
+  const Vehicle vehicle = driven(default_car(), {-3.0, 0.1}, 2.0);
+  EXPECT_EQ(vehicle.state().speed, 0.0);
+}
+
+TEST(Vehicle, IgnoresACommandThatIsNotFinite) {
+  Vehicle vehicle = driven(default_car(), {2.0, 0.1}, 2.0);
+  const double speed = vehicle.state().speed;
+  vehicle.command({NAN, 0.0});
+  vehicle.command({1.0, INFINITY});
+  for (int i = 0; i < 400; ++i) vehicle.step(dt);
+  EXPECT_NEAR(vehicle.state().speed, speed, 0.01);
+}
+
+TEST(Vehicle, HalvingTheStepChangesLittle) {
+  const Car car = default_car();
+  Vehicle coarse(car.geometry, car.vehicle), fine(car.geometry, car.vehicle);
+  for (int i = 0; i < 2000; ++i) {
+    if (i % 200 == 0) {
+      coarse.command({4.0, i % 400 == 0 ? 0.2 : -0.2});
+      fine.command({4.0, i % 400 == 0 ? 0.2 : -0.2});
+    }
+    coarse.step(dt);
+    fine.step(0.5 * dt);
+    fine.step(0.5 * dt);
+  }
+  EXPECT_NEAR(coarse.pose().x, fine.pose().x, 2e-3);
+  EXPECT_NEAR(coarse.pose().y, fine.pose().y, 2e-3);
+}
+
+TEST(Vehicle, RejectsAxlesThatContradictTheWheelbase) {
+  Car car = default_car();
+  car.vehicle.l_f = 0.3;
+  EXPECT_THROW(Vehicle(car.geometry, car.vehicle), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace firstlap::sim

@@ -1,0 +1,61 @@
+"""One name for any track: ours, a file, a ROS map or a random one."""
+
+from __future__ import annotations
+
+import difflib
+from pathlib import Path
+
+from firstlap.errors import InputError
+from firstlap.tracks.map_header import parse_mapping, read_text
+from firstlap.tracks.random_track import random_track
+from firstlap.tracks.ros_map import load_ros_map
+from firstlap.tracks.track import Track
+from firstlap.tracks.track_file import load_track_file
+
+
+def tracks_folder() -> Path:
+    """Where our own tracks lie: in the installed package, or in the source checkout around it."""
+    package = Path(__file__).resolve().parents[1]
+    for folder in (package / "data" / "tracks", package.parents[1] / "tracks"):
+        if folder.is_dir():
+            return folder
+    raise InputError(
+        f"{package}: no tracks folder; expected data/tracks in the package or tracks in the checkout"
+    )
+
+
+def list_tracks() -> list[str]:
+    """Names of our own tracks, sorted."""
+    return sorted(path.stem for path in tracks_folder().glob("*.yaml"))
+
+
+def load_track(spec: str) -> Track:
+    """The track named by `spec`: one of ours, `random:SEED`, or the path of a track file or ROS map YAML.
+
+    Raises InputError when there is no such track or its file is wrong.
+    """
+    if spec.startswith("random:"):
+        return random_track(_seed(spec))
+    if spec in list_tracks():
+        return load_track_file(tracks_folder() / f"{spec}.yaml")
+    path = Path(spec)
+    try:
+        if path.is_file():
+            return _load_file(path)
+    except (OSError, ValueError):
+        pass
+    near = difflib.get_close_matches(spec, list_tracks(), n=3, cutoff=0.5)
+    hint = f"did you mean {' or '.join(near)}?" if near else f"ours are {', '.join(list_tracks())}"
+    raise InputError(f"{spec[:200]!r}: no such track or file; {hint}")
+
+
+def _load_file(path: Path) -> Track:
+    data = parse_mapping(read_text(path), str(path))
+    return load_ros_map(path) if "image" in data else load_track_file(path)
+
+
+def _seed(spec: str) -> int:
+    digits = spec.removeprefix("random:")
+    if not (digits.isascii() and digits.isdigit() and len(digits) <= 18):
+        raise InputError(f"{spec[:60]!r}: expected random:SEED with a whole number from 0, like random:7")
+    return int(digits)

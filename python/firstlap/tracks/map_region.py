@@ -1,0 +1,196 @@
+"""Which free pixels of a map are the track, and which walls lie inside and outside of its loop."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+from scipy import ndimage
+
+from firstlap.tracks.medial import contours, is_closed
+from firstlap.tracks.track import FloatArray
+
+Mask = npt.NDArray[np.bool_]
+EIGHT = np.ones((3, 3), dtype=np.bool_)
+PLAUSIBLE = (0.6, 5.0)
+SMALL_OBSTACLE = 0.7
+MAX_HOLES = 6
+MAX_REGIONS = 6
+
+
+@dataclass(frozen=True, eq=False)
+class Loop:
+    """One way round: the region driven in, the holes (labels) inside of the loop, and its measures in m."""
+
+    region: Mask
+    holes: npt.NDArray[np.int32]
+    inside: tuple[int, ...]
+    small: tuple[int, ...]
+    line: FloatArray
+    length: float
+    narrowest: float
+    median: float
+    on_border: float
+
+    @property
+    def plausible(self) -> bool:
+        """Whether this looks like a race track rather than the paper around one."""
+        return PLAUSIBLE[0] <= self.median <= PLAUSIBLE[1] and self.on_border < 0.4
+
+
+def without_specks(free: Mask, resolution: float, reach: float) -> tuple[Mask, int]:
+    """Free pixels with lone occupied specks (about 0.12 m, nothing else within `reach` m) made free."""
+    occupied = ~free
+    near = ndimage.distance_transform_edt(free) * resolution <= 0.5 * reach
+    clusters, count = ndimage.label(near, structure=EIGHT)
+    limit = max(4.0, 0.012 / resolution**2)
+    pixels = np.bincount(clusters[occupied], minlength=count + 1)
+    small = pixels <= limit
+    small[0] = False
+    edge = np.concatenate([clusters[0], clusters[-1], clusters[:, 0], clusters[:, -1]])
+    small[edge] = False
+    for label, box in enumerate(ndimage.find_objects(clusters), start=1):
+        if small[label] and box is not None:
+            size = max(box[0].stop - box[0].start, box[1].stop - box[1].start) * resolution - reach
+            small[label] = size < max(0.2, 2.5 * resolution)
+    return np.asarray(free | (small[clusters] & occupied)), int(small.sum())
+
+
+def drivable_regions(free: Mask, resolution: float, radius: float) -> list[Mask]:
+    """Places a disk of `radius` metres can sweep, one mask per connected region, largest first.
+
+    Holes in a wall narrower than the disk are closed; corners that it cannot reach are given back.
+    """
+    clearance = (ndimage.distance_transform_edt(np.pad(free, 1))[1:-1, 1:-1] - 0.5) * resolution
+    cores, count = ndimage.label(clearance > radius)
+    if count == 0:
+        return []
+    areas = np.bincount(cores.ravel())[1:] * resolution**2
+    order = [int(i) + 1 for i in np.argsort(-areas)[:MAX_REGIONS] if areas[i] > 0.3]
+    distance, nearest = ndimage.distance_transform_edt(cores == 0, return_indices=True)
+    swept = np.where(free & (distance * resolution <= radius + 0.5 * resolution), cores[tuple(nearest)], 0)
+    regions = (_with_corners(swept == label, free, swept, 2.0 * radius / resolution) for label in order)
+    return [_largest_part(region) for region in regions]
+
+
+def _largest_part(region: Mask) -> Mask:
+    """The largest part that hangs together by pixel sides: nobody drives through a corner."""
+    parts, _ = ndimage.label(region)
+    return np.asarray(parts == 1 + int(np.argmax(np.bincount(parts.ravel())[1:])))
+
+
+def _with_corners(region: Mask, free: Mask, swept: npt.NDArray[np.int32], reach: float) -> Mask:
+    """The region plus the small free corners that touch it along one stretch only; leaks touch more."""
+    rest, _ = ndimage.label(free & (swept == 0))
+    grown = region.copy()
+    touching = np.unique(rest[ndimage.binary_dilation(region)])
+    boxes = ndimage.find_objects(rest)
+    for label in touching[touching > 0][:5000]:
+        box = boxes[label - 1]
+        if max(box[0].stop - box[0].start, box[1].stop - box[1].start) > reach:
+            continue
+        window = tuple(slice(max(0, part.start - 2), part.stop + 2) for part in box)
+        corner = rest[window] == label
+        ring = ndimage.binary_dilation(corner) & ~corner
+        _, contacts = ndimage.label(ring & region[window], structure=EIGHT)
+        others = ring & (swept[window] > 0) & ~region[window]
+        if contacts == 1 and not others.any():
+            grown[window] |= corner
+    return np.asarray(grown)
+
+
+def loops_of(region: Mask, resolution: float) -> list[Loop]:
+    """Every loop of a region: each choice of its large holes that one closed line can keep inside."""
+    outside, _ = ndimage.label(np.pad(~region, 1, constant_values=True), structure=EIGHT)
+    holes = np.where(outside == outside[0, 0], 0, outside)[1:-1, 1:-1].astype(np.int32)
+    sizes = {
+        label: _extent(box) * resolution for label, box in enumerate(ndimage.find_objects(holes), 1) if box
+    }
+    ranked = sorted(sizes, key=lambda label: -sizes[label])
+    large = [label for label in ranked if sizes[label] >= SMALL_OBSTACLE][:MAX_HOLES] or ranked[:1]
+    small = tuple(label for label in ranked if label not in large)
+    if not large:
+        return []
+    # Distances are taken on the full grid and then thinned out: no thin wall falls between samples.
+    step = max(1, int(0.08 / resolution))
+    full = np.pad(np.where(region, 0, np.where(holes > 0, holes, -1)), 1, constant_values=-1)
+    within = {label: np.argwhere(full == label)[:1] / step for label in large}
+    to = {
+        label: (ndimage.distance_transform_edt(full != label)[::step, ::step] - 0.5) * resolution
+        for label in [-1, *large]
+    }
+    border = _border_share(region)
+    loops = []
+    for choice in product((True, False), repeat=len(large)):
+        inside = tuple(label for label, chosen in zip(large, choice, strict=True) if chosen)
+        outer = [-1, *(label for label in large if label not in inside)]
+        if not inside:
+            continue
+        d_in = np.minimum.reduce([to[label] for label in inside])
+        d_out = np.minimum.reduce([to[label] for label in outer])
+        line = _around(d_out - d_in, [within[label] for label in inside])
+        if line is None:
+            continue
+        row, column = np.rint(line[:, ::-1]).astype(np.intp).T
+        width = d_in[row, column] + d_out[row, column]
+        metres = line * step * resolution
+        length = float(np.hypot(*np.diff(metres, axis=0).T).sum())
+        loops.append(
+            Loop(region, holes, inside, small, metres - 0.5 * resolution, length, float(width.min()),
+                 float(np.median(width)), border)
+        )  # fmt: skip
+    return loops
+
+
+def _around(level: FloatArray, islands: list[FloatArray]) -> FloatArray | None:
+    """The zero contour (N, 2), in grid units x, y, that has every island inside; None when there is none."""
+    for line in sorted(contours(level, 0.0), key=len, reverse=True)[:20]:
+        if is_closed(line):
+            area = shapely.Polygon(line)
+            shapely.prepare(area)
+            if all(bool(shapely.contains_xy(area, float(i[0][1]), float(i[0][0]))) for i in islands):
+                return line
+    return None
+
+
+def _extent(box: tuple[slice, ...]) -> float:
+    return float(np.hypot(box[0].stop - box[0].start, box[1].stop - box[1].start))
+
+
+def _border_share(region: Mask) -> float:
+    """Share of the picture's edge that the region touches: near 1 for the paper around a drawn track."""
+    edge = np.concatenate([region[0], region[-1], region[:, 0], region[:, -1]])
+    return float(edge.mean())
+
+
+def best_loop(loops: list[Loop]) -> Loop:
+    """The longest plausible loop; among those within 15 % of it, the one with the widest narrowest place."""
+    longest = max(loop.length for loop in loops)
+    return max((loop for loop in loops if loop.length >= 0.85 * longest), key=lambda loop: loop.narrowest)
+
+
+def region_walls(region: Mask) -> shapely.Polygon:
+    """The region's boundary as a polygon with holes, in pixels (centres at integers), without stairs."""
+    padded = np.pad(region, 1).astype(np.float64)
+    # Just above one half, so that wall pixels touching at a corner join: a thin diagonal is a wall.
+    rings = [line - 1.0 for line in contours(padded, 0.505)]
+    rings.sort(key=lambda ring: -float(shapely.Polygon(ring).area))
+    for passes in (4, 2, 1, 0):
+        smooth = [_smoothed(ring, passes) for ring in rings]
+        polygon = shapely.Polygon(smooth[0], smooth[1:])
+        if polygon.is_valid:
+            break
+    simple = polygon.simplify(0.45, preserve_topology=True)
+    return simple if simple.is_valid and isinstance(simple, shapely.Polygon) else polygon
+
+
+def _smoothed(ring: FloatArray, passes: int) -> FloatArray:
+    points = ring[:-1]
+    if len(points) < 24:
+        return ring
+    for _ in range(passes):
+        points = 0.25 * np.roll(points, 1, axis=0) + 0.5 * points + 0.25 * np.roll(points, -1, axis=0)
+    return np.vstack([points, points[:1]])

@@ -1,0 +1,197 @@
+"""A ROS occupancy map (YAML and image) read as a race track."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+
+from firstlap.errors import InputError
+from firstlap.tracks.assemble import CAR_WIDTH, assemble
+from firstlap.tracks.map_header import MapHeader, parse_ros_map_yaml, read_text
+from firstlap.tracks.map_image import free_pixels, read_gray
+from firstlap.tracks.map_region import (
+    Loop,
+    Mask,
+    best_loop,
+    drivable_regions,
+    loops_of,
+    region_walls,
+    without_specks,
+)
+from firstlap.tracks.track import FloatArray, Track
+
+__all__ = ["load_ros_map", "parse_ros_map_yaml"]
+
+RADII = (0.2, 0.16)
+FINEST = 0.02
+COMFORTABLE_PIXELS = 4_000_000
+MAX_WORKING_PIXELS = 20_000_000
+
+
+class Grid:
+    """Free pixels with row 0 at the bottom, and where they lie in the map's frame."""
+
+    def __init__(self, free: Mask, resolution: float, origin: tuple[float, float, float]) -> None:
+        self.free, self.resolution, self.origin = free, resolution, origin
+        self.corner = np.zeros(2)
+
+    def crop(self) -> None:
+        """Cut the picture down to the free pixels or to the walls, whichever is smaller, and a margin."""
+        boxes = [_box(self.free), _box(~self.free)]
+        rows, columns = min(
+            boxes, key=lambda box: (box[0].stop - box[0].start) * (box[1].stop - box[1].start)
+        )
+        self.corner += np.array([columns.start, rows.start]) * self.resolution
+        self.free = self.free[rows, columns]
+
+    def coarsen(self) -> None:
+        """Merge pixels much finer than a car needs; a merged pixel is free only if all of it is."""
+        factor = max(1, int(FINEST * 1.001 / self.resolution))
+        while self.free.size > COMFORTABLE_PIXELS * factor**2 and self.resolution * (factor + 1) <= 0.0501:
+            factor += 1
+        if factor > 1:
+            rows, columns = (-(-size // factor) * factor for size in self.free.shape)
+            padded = np.zeros((rows, columns), dtype=np.bool_)
+            padded[: self.free.shape[0], : self.free.shape[1]] = self.free
+            blocks = padded.reshape(rows // factor, factor, columns // factor, factor)
+            self.free = np.asarray(blocks.all(axis=(1, 3)))
+            self.resolution *= factor
+
+    def to_map(self, metres: FloatArray) -> FloatArray:
+        """Points (N, 2) in metres from the lower-left corner of the cropped picture, in the map's frame."""
+        x, y, yaw = self.origin
+        c, s = np.cos(yaw), np.sin(yaw)
+        return np.asarray((metres + self.corner) @ np.array([[c, s], [-s, c]]) + [x, y])
+
+    def from_map(self, points: FloatArray) -> FloatArray:
+        """The inverse of `to_map`."""
+        x, y, yaw = self.origin
+        c, s = np.cos(yaw), np.sin(yaw)
+        return np.asarray((points - [x, y]) @ np.array([[c, -s], [s, c]]) - self.corner)
+
+
+def load_ros_map(path: str | Path) -> Track:
+    """The race track in a ROS map, its centerline in the map's frame.
+
+    The track is the longest ring of free space of a race track's width; `notes` says what was decided. A
+    starting position in the YAML chooses among several rings, and gives the start line and the direction of
+    travel; without one the start is on the longest straight and the direction counter-clockwise.
+    Raises InputError.
+    """
+    path = Path(path)
+    header = parse_ros_map_yaml(read_text(path), str(path))
+    notes: list[str] = []
+    try:
+        gray = read_gray(path.parent / header.image)
+        grid = Grid(
+            np.ascontiguousarray(free_pixels(gray, header, notes)[::-1]), header.resolution, header.origin
+        )
+        return _track_in(grid, header, path, notes)
+    except MemoryError:
+        raise InputError(f"{path}: not enough memory for this map") from None
+    except (shapely.errors.ShapelyError, np.linalg.LinAlgError) as error:
+        raise InputError(f"{path}: no track can be made of its walls ({error})") from None
+
+
+def _track_in(grid: Grid, header: MapHeader, path: Path, notes: list[str]) -> Track:
+    if not grid.free.any() or grid.free.all():
+        what = "free" if grid.free.any() else "occupied or unknown"
+        raise InputError(
+            f"{path}: every pixel is {what}; expected a closed track (check negate and the thresholds)"
+        )
+    grid.crop()
+    grid.coarsen()
+    if grid.free.size > MAX_WORKING_PIXELS:
+        raise InputError(
+            f"{path}: a map of {grid.free.size / 1e6:.0f} million pixels is too large for a track"
+        )
+    grid.free, specks = without_specks(grid.free, grid.resolution, 2 * RADII[0])
+    if specks:
+        notes.append(f"removed {specks} specks")
+    loops = next((found for radius in RADII if (found := _plausible_loops(grid, radius))), [])
+    if not loops:
+        raise InputError(f"{path}: {_why_no_loop(grid)}")
+    loop, start = _choose(loops, grid, header, notes)
+    left, right, obstacles = _walls(loop, grid)
+    return assemble(path.stem, left, right, obstacles, source=str(path), start=start, notes=notes)
+
+
+def _plausible_loops(grid: Grid, radius: float) -> list[Loop]:
+    regions = drivable_regions(grid.free, grid.resolution, radius)
+    loops = [loop for region in regions for loop in loops_of(region, grid.resolution)]
+    return [loop for loop in loops if loop.plausible and loop.length > 4.0]
+
+
+def _why_no_loop(grid: Grid) -> str:
+    if _plausible_loops(grid, 0.08):
+        return f"the only closed loop is too narrow for the car, which is {CAR_WIDTH} m wide"
+    return (
+        "no closed loop of free space 0.6 to 5 m wide; expected a ring-shaped track with a wall on both sides"
+    )
+
+
+def _choose(
+    loops: list[Loop], grid: Grid, header: MapHeader, notes: list[str]
+) -> tuple[Loop, tuple[float, float, float | None] | None]:
+    for pose in header.starting_positions:
+        point = grid.from_map(np.array([pose[:2]]))[0]
+        around = [loop for loop in loops if _covers(loop, point, grid.resolution)]
+        if around:
+            chosen = best_loop(around)
+            _describe(chosen, len(loops), "around the starting position", notes)
+            return chosen, pose
+    if header.starting_positions:
+        notes.append("no starting position lies on a closed track; ignored")
+    chosen = best_loop(loops)
+    _describe(chosen, len(loops), "the longest", notes)
+    return chosen, None
+
+
+def _covers(loop: Loop, point: FloatArray, resolution: float) -> bool:
+    column, row = np.floor(point / resolution).astype(int)
+    rows, columns = loop.region.shape
+    inside = 0 <= row < rows and 0 <= column < columns and bool(loop.region[row, column])
+    return inside and float(np.hypot(*(loop.line - point).T).min()) < max(0.6, 0.6 * loop.median)
+
+
+def _describe(loop: Loop, count: int, why: str, notes: list[str]) -> None:
+    others = f" ({why} of {count} possible loops)" if count > 1 else ""
+    notes.append(f"took the loop of {loop.length:.1f} m, median width {loop.median:.2f} m{others}")
+    if loop.small:
+        notes.append(f"{len(loop.small)} small obstacles stand on the track")
+
+
+def _walls(loop: Loop, grid: Grid) -> tuple[list[FloatArray], list[FloatArray], list[FloatArray]]:
+    polygon = region_walls(loop.region)
+    left: list[FloatArray] = []
+    right = [_to_metres(polygon.exterior, grid)]
+    obstacles: list[FloatArray] = []
+    for ring in polygon.interiors:
+        label = _label_at(np.asarray(ring.coords), loop.holes)
+        side = left if label in loop.inside else obstacles if label in loop.small else right
+        side.append(_to_metres(ring, grid))
+    return left, right, obstacles
+
+
+def _to_metres(ring: shapely.LinearRing, grid: Grid) -> FloatArray:
+    return grid.to_map((np.asarray(ring.coords, dtype=np.float64) + 0.5) * grid.resolution)
+
+
+def _label_at(ring: FloatArray, holes: npt.NDArray[np.int32]) -> int:
+    """The hole that a ring (pixels) goes round: the label most often met at and about its corners."""
+    around = [np.rint(ring + np.array([dx, dy])).astype(np.intp) for dx in (-1, 0, 1) for dy in (-1, 0, 1)]
+    column, row = np.clip(np.vstack(around), 0, np.array(holes.shape[::-1]) - 1).T
+    counts = np.bincount(holes[row, column])
+    counts[:1] = 0
+    return int(np.argmax(counts))
+
+
+def _box(mask: Mask) -> tuple[slice, slice]:
+    spans = []
+    for axis in (1, 0):
+        there = np.flatnonzero(mask.any(axis=axis))
+        spans.append(slice(max(0, int(there[0]) - 4), min(mask.shape[1 - axis], int(there[-1]) + 5)))
+    return spans[0], spans[1]
