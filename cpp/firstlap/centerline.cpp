@@ -24,31 +24,59 @@ struct Look {
 };
 
 struct SideLook {
-  double distance = 0.0;
-  double beyond = 0.0;  // [m] past the visible end
+  double distance = 0.0;  // [m]; 0: there is no wall
   bool representative = false;
-  Point2 sample;
+  Point2 sample;   // nearest point of the wall
+  Point2 outward;  // the way that the wall goes on out of sight, where its end is nearest
 };
+
+// Nearest point to (x, y) on the straight between two neighbouring samples.
+Point2 nearest_between(Point2 a, Point2 b, double x, double y) noexcept {
+  const double dx = b.x - a.x;
+  const double dy = b.y - a.y;
+  const double length2 = dx * dx + dy * dy;
+  if (length2 < 1e-12) return a;
+  const double t = std::clamp(((x - a.x) * dx + (y - a.y) * dy) / length2, 0.0, 1.0);
+  return {a.x + t * dx, a.y + t * dy};
+}
 
 // A side stands for the wall where its nearest sample is not a visible end that the point has passed.
 SideLook look_at(const WallSide& side, double x, double y) noexcept {
+  constexpr double neighbours = 0.5;  // [m] samples this near to each other are one wall
   SideLook look;
   if (side.size() == 0) return look;
   const Nearest nearest = nearest_sample(side, x, y);
+  const Point2 sample = side.at(nearest.index);
+  look.sample = sample;
   look.distance = nearest.distance;
-  look.sample = {static_cast<double>(side.x[nearest.index]), static_cast<double>(side.y[nearest.index])};
-  const Point2 out = side.outward[nearest.index];
-  look.beyond = (x - look.sample.x) * out.x + (y - look.sample.y) * out.y;
-  look.representative = look.beyond <= 0.1 * nearest.distance;
+  look.outward = side.outward[nearest.index];
+  const double beyond = (x - sample.x) * look.outward.x + (y - sample.y) * look.outward.y;
+  look.representative = beyond <= 0.1 * nearest.distance;
+  for (const std::size_t k : {nearest.index - 1, nearest.index + 1}) {
+    if (k >= side.size()) continue;
+    const Point2 next = side.at(k);
+    if (norm(next.x - sample.x, next.y - sample.y) > neighbours) continue;
+    const Point2 between = nearest_between(sample, next, x, y);
+    const double d = norm(x - between.x, y - between.y);
+    if (d >= look.distance) continue;
+    look.distance = d;
+    look.sample = between;
+  }
   return look;
 }
 
-// What lies out of sight is as far away as the width says, or nearer where its end is seen to be. Just
-// past an apex the track is wider than along it: the line goes round the apex, not along the outer wall.
-double estimated(const SideLook& hidden, double other, double width, double apex_width) noexcept {
-  const double near_apex = std::max(0.0, 1.0 - std::max(0.0, hidden.beyond) / width);
-  const double by_width = width * (1.0 + apex_width * near_apex) - other;
-  return hidden.distance > 0.0 ? std::min(hidden.distance, by_width) : by_width;
+// What lies out of sight is as far away as the width says, or nearer where its end is seen to be. Round
+// an apex, where the other wall bends across the end of this one, the track is wider than along it: the
+// line goes round the apex, not along the outer wall.
+double estimated(const SideLook& hidden, const SideLook& seen, double x, double y, double width,
+                 double apex_width) noexcept {
+  if (hidden.distance <= 0.0) return width - seen.distance;
+  const Point2 end = hidden.sample;
+  const double beyond = (x - end.x) * hidden.outward.x + (y - end.y) * hidden.outward.y;
+  const double across = std::abs(hidden.outward.x * (x - seen.sample.x) + hidden.outward.y * (y - seen.sample.y)) /
+                        std::max(seen.distance, 1e-6);
+  const double apex = std::min(1.0, 2.0 * across) * std::clamp(1.0 - beyond / width, 0.0, 1.0);
+  return std::min(hidden.distance, width * (1.0 + apex_width * apex) - seen.distance);
 }
 
 Look look_around(const WallsSeen& walls, double x, double y, double width, const TrackWidthParams& params) noexcept {
@@ -60,7 +88,7 @@ Look look_around(const WallsSeen& walls, double x, double y, double width, const
   Look look;
   look.right_sample = right.sample;
   look.left_sample = left.sample;
-  look.right = right.representative || left.representative ? right.distance : 0.0;
+  look.right = right.distance;
   look.left = left.distance;
   bool use_right = right.representative;
   bool use_left = left.representative;
@@ -68,11 +96,11 @@ Look look_around(const WallsSeen& walls, double x, double y, double width, const
     look.support = Support::both;
   } else if (use_right) {
     look.support = Support::right;
-    look.left = estimated(left, right.distance, width, params.apex_width);
+    look.left = estimated(left, right, x, y, width, params.apex_width);
     use_left = left.distance > 0.0 && left.distance <= look.left;
   } else if (use_left) {
     look.support = Support::left;
-    look.right = estimated(right, left.distance, width, params.apex_width);
+    look.right = estimated(right, left, x, y, width, params.apex_width);
     use_right = right.distance > 0.0 && right.distance <= look.right;
   }
   const double inverse_right = use_right && right.distance > 1e-6 ? 1.0 / right.distance : 0.0;
@@ -91,7 +119,11 @@ class Tracer {
  public:
   Tracer(const WallsSeen& walls, const Buffer<TrailPoint>& trail, double width, const CarGeometry& car,
          const TrackWidthParams& width_params, const CenterlineParams& params) noexcept
-      : walls_(walls), trail_(trail), width_params_(width_params), params_(params), width_(width),
+      : walls_(walls),
+        trail_(trail),
+        width_params_(width_params),
+        params_(params),
+        width_(width),
         half_car_(0.5 * car.width) {}
 
   // The point of the line nearest to (x, y); false where there is none within reach.
@@ -106,24 +138,28 @@ class Tracer {
   }
 
   // Follows the line from (x, y) for `length` metres, forwards (+1) or backwards (-1).
-  LineEnd follow(double x, double y, Look look, double direction, double length, Buffer<CenterlinePoint>& out) const
-      noexcept {
+  LineEnd follow(double x, double y, Look look, double direction, double length,
+                 Buffer<CenterlinePoint>& out) const noexcept {
     LocalWidth width(width_, width_params_);
     double hx = direction * look.gy / look.slope();
     double hy = -direction * look.gx / look.slope();
+    double unsupported = 0.0;
     for (double s = 0.0; s <= length; s += params_.spacing) {
       if (s > 0.0) {
         x += params_.spacing * hx;
         y += params_.spacing * hy;
         look = look_around(walls_, x, y, width.value(), width_params_);
-        if (look.support == Support::none) return LineEnd::unseen;
-        if (std::abs(look.imbalance()) > on_line) {
-          correct(look, x, y, 0.7 * params_.spacing);
-          look = look_around(walls_, x, y, width.value(), width_params_);
-          if (look.support == Support::none) return LineEnd::unseen;
+        // Between two visible ends, as where the track widens on both sides, it goes straight on.
+        if (look.support != Support::none) {
+          if (std::abs(look.imbalance()) > on_line) {
+            correct(look, x, y, 0.7 * params_.spacing);
+            look = look_around(walls_, x, y, width.value(), width_params_);
+          }
+          turn(look, direction, hx, hy);
         }
-        turn(look, direction, hx, hy);
       }
+      unsupported = look.support == Support::none ? unsupported + params_.spacing : 0.0;
+      if (unsupported > width_) return LineEnd::unseen;
       if (std::min(look.right, look.left) < half_car_) return LineEnd::narrow;
       if (direction > 0.0 && runs_against_trail(x, y, hx, hy, s)) return LineEnd::turns_back;
       const bool pair = look.support == Support::both;
@@ -192,10 +228,16 @@ bool meets_wall(const WallsSeen& walls, Point2 a, Point2 b, double spacing) noex
     const double t = static_cast<double>(k) / static_cast<double>(pieces);
     const double x = a.x + t * (b.x - a.x);
     const double y = a.y + t * (b.y - a.y);
-    const double nearest = std::min(nearest_sample(walls.left, x, y).distance, nearest_sample(walls.right, x, y).distance);
+    const double nearest =
+        std::min(nearest_sample(walls.left, x, y).distance, nearest_sample(walls.right, x, y).distance);
     if (nearest < 0.6 * spacing) return true;
   }
   return false;
+}
+
+// A line ends with the last point that a wall stands for.
+void end_at_last_wall(Buffer<CenterlinePoint>& points) noexcept {
+  while (!points.empty() && points.back().support == Support::none) points.shrink(points.size() - 1);
 }
 
 double line_length(const Buffer<CenterlinePoint>& points, std::size_t first) noexcept {
@@ -208,8 +250,7 @@ double line_length(const Buffer<CenterlinePoint>& points, std::size_t first) noe
 }  // namespace
 
 void trace_centerline(const WallsSeen& walls, const Buffer<TrailPoint>& trail, double width, const CarGeometry& car,
-                      const TrackWidthParams& width_params, const CenterlineParams& params,
-                      Centerline& line) noexcept {
+                      const TrackWidthParams& width_params, const CenterlineParams& params, Centerline& line) noexcept {
   line.points.clear();
   line.nearest = 0;
   line.ahead = 0.0;
@@ -224,10 +265,12 @@ void trace_centerline(const WallsSeen& walls, const Buffer<TrailPoint>& trail, d
     if (!tracer.project(x, y, look) || look.slope() < 0.2) continue;
     if (meets_wall(walls, {car.wheelbase, 0.0}, {x, y}, params.spacing)) continue;
     tracer.follow(x, y, look, -1.0, params.start_behind + std::max(0.0, ahead), line.points);
+    end_at_last_wall(line.points);
     std::reverse(line.points.begin(), line.points.end());
     if (!line.points.empty()) line.points.shrink(line.points.size() - 1);
     line.nearest = line.points.size();
-    line.end = tracer.follow(x, y, look, 1.0, params.length, line.points);
+    line.end = tracer.follow(x, y, look, 1.0, params.horizon, line.points);
+    end_at_last_wall(line.points);
     line.ahead = line_length(line.points, std::min(line.nearest, line.points.size())) + std::max(0.0, ahead);
     return;
   }

@@ -49,7 +49,6 @@ struct TrailPoint {
 
 // Traces the line between `walls`. `width` [m] is the remembered one. Fewer than four points: no line.
 void trace_centerline(const WallsSeen& walls, const Buffer<TrailPoint>& trail, double width, const CarGeometry& car,
-                      const TrackWidthParams& width_params, const CenterlineParams& params,
-                      Centerline& line) noexcept;
+                      const TrackWidthParams& width_params, const CenterlineParams& params, Centerline& line) noexcept;
 
 }  // namespace firstlap

@@ -17,7 +17,7 @@ namespace firstlap {
 template <class Struct, class T>
 struct Field {
   std::string_view name;
-  T Struct::* member;
+  T Struct::*member;
   std::string_view unit;
   double min;
   double max;

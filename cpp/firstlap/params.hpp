@@ -24,9 +24,11 @@ struct ScanParams {
         Field{"range_use", &P::range_use, "m", 2.0, 30.0, "returns beyond this are not used"},
         Field{"keep_behind", &P::keep_behind, "m", 0.0, 5.0, "points further behind the front axle are neglected"},
         Field{"deskew", &P::deskew, "", 0.0, 1.0, "undo the car's motion during the sweep"},
-        Field{"mask_angle", &P::mask_angle, "rad", 0.5, 3.15, "beams further to the side than this may see the car itself"},
+        Field{"mask_angle", &P::mask_angle, "rad", 0.5, 3.15,
+              "beams further to the side than this may see the car itself"},
         Field{"mask_range", &P::mask_range, "m", 0.0, 2.0, "and are dropped when shorter than this"},
-        Field{"footprint_margin", &P::footprint_margin, "m", 0.0, 0.3, "returns inside the car's body plus this are dropped"},
+        Field{"footprint_margin", &P::footprint_margin, "m", 0.0, 0.3,
+              "returns inside the car's body plus this are dropped"},
     };
   }
 };
@@ -55,7 +57,8 @@ struct SegmentationParams {
   static constexpr auto fields() {
     using P = SegmentationParams;
     return std::tuple{
-        Field{"break_angle", &P::break_angle, "rad", 0.02, 0.5, "smallest incidence that still is one wall (Borges and Aldon's lambda)"},
+        Field{"break_angle", &P::break_angle, "rad", 0.02, 0.5,
+              "smallest incidence that still is one wall (Borges and Aldon's lambda)"},
         Field{"range_sigma", &P::range_sigma, "m", 0.0, 0.1, "range noise that the break test allows for, three times"},
         Field{"mean_gain", &P::mean_gain, "", 0.01, 1.0, "weight of the newest distance in the weighted mean"},
         Field{"mean_factor", &P::mean_factor, "", 1.0, 20.0, "a distance above this many means is a break"},
@@ -66,13 +69,18 @@ struct SegmentationParams {
         Field{"min_points", &P::min_points, "", 1.0, 50.0, "shorter sections are eliminated"},
         Field{"min_chord", &P::min_chord, "m", 0.0, 2.0, "smaller sections are eliminated"},
         Field{"max_nearest", &P::max_nearest, "m", 1.0, 30.0, "sections that begin further away are eliminated"},
-        Field{"pass_ratio", &P::pass_ratio, "", 0.0, 1.0, "a gap below this share of the track width is no way through"},
+        Field{"pass_ratio", &P::pass_ratio, "", 0.0, 1.0,
+              "a gap below this share of the track width is no way through"},
         Field{"pass_min", &P::pass_min, "m", 0.0, 2.0, "but never below this"},
         Field{"pass_max", &P::pass_max, "m", 0.0, 4.0, "nor above this"},
-        Field{"one_sided_score", &P::one_sided_score, "", 0.0, 1.0, "score of all-left and all-right against a gap of the same depth"},
-        Field{"past_weight", &P::past_weight, "", 0.0, 1.0, "how much labels that contradict the past cost (0: no memory)"},
-        Field{"past_radius", &P::past_radius, "m", 0.05, 1.0, "a wall point this near to an earlier one is the same wall"},
-        Field{"path_radius", &P::path_radius, "m", 0.0, 4.0, "wall points this near to the previous path keep its side"},
+        Field{"one_sided_score", &P::one_sided_score, "", 0.0, 1.0,
+              "score of all-left and all-right against a gap of the same depth"},
+        Field{"past_weight", &P::past_weight, "", 0.0, 1.0,
+              "how much labels that contradict the past cost (0: no memory)"},
+        Field{"past_radius", &P::past_radius, "m", 0.05, 1.0,
+              "a wall point this near to an earlier one is the same wall"},
+        Field{"path_radius", &P::path_radius, "m", 0.0, 4.0,
+              "wall points this near to the previous path keep its side"},
         Field{"chain_gap", &P::chain_gap, "m", 0.5, 20.0, "a side ends where its next section is further away"},
     };
   }
@@ -85,7 +93,7 @@ struct TrackWidthParams {
   double width_max = 4.0;
   int width_window = 5;
   double width_blend = 4.0;
-  double apex_width = 0.35;
+  double apex_width = 0.25;
 
   static constexpr auto fields() {
     using P = TrackWidthParams;
@@ -93,10 +101,13 @@ struct TrackWidthParams {
         Field{"width_initial", &P::width_initial, "m", 0.5, 6.0, "remembered track width before anything was seen"},
         Field{"width_gain", &P::width_gain, "", 0.0, 1.0, "share of a scan's median width that goes into the memory"},
         Field{"width_min", &P::width_min, "m", 0.3, 3.0, "narrower pairs are not the track"},
-        Field{"width_max", &P::width_max, "m", 1.0, 10.0, "wider pairs are not the track: the nearer side alone counts"},
+        Field{"width_max", &P::width_max, "m", 1.0, 10.0,
+              "wider pairs are not the track: the nearer side alone counts"},
         Field{"width_window", &P::width_window, "", 1.0, 25.0, "points in the moving average"},
-        Field{"apex_width", &P::apex_width, "", 0.0, 1.0, "share by which the track is taken to be wider just past an apex that hides its wall"},
-        Field{"width_blend", &P::width_blend, "m", 0.1, 20.0, "beyond the last pair the width fades to the remembered one over this"},
+        Field{"apex_width", &P::apex_width, "", 0.0, 1.0,
+              "share by which the track is taken to be wider just past an apex that hides its wall"},
+        Field{"width_blend", &P::width_blend, "m", 0.1, 20.0,
+              "beyond the last pair the width fades to the remembered one over this"},
     };
   }
 };
@@ -104,7 +115,7 @@ struct TrackWidthParams {
 struct CenterlineParams {
   double spacing = 0.15;
   double start_behind = 0.9;
-  double length = 9.0;
+  double horizon = 9.0;
   double hold_time = 0.2;
   double memory_time = 0.8;
   double trail_time = 4.0;
@@ -114,7 +125,7 @@ struct CenterlineParams {
     return std::tuple{
         Field{"spacing", &P::spacing, "m", 0.05, 0.5, "distance of centerline points and wall samples"},
         Field{"start_behind", &P::start_behind, "m", 0.0, 3.0, "the line starts this far behind the front axle"},
-        Field{"length", &P::length, "m", 2.0, 20.0, "and ends this far ahead at most"},
+        Field{"horizon", &P::horizon, "m", 2.0, 20.0, "and ends this far ahead at most"},
         Field{"hold_time", &P::hold_time, "s", 0.0, 1.0, "how long the previous line serves when there is none"},
         Field{"memory_time", &P::memory_time, "s", 0.0, 3.0, "how long a wall that is out of sight is remembered"},
         Field{"trail_time", &P::trail_time, "s", 0.0, 20.0, "how long the car's own trail bars the way back"},
@@ -125,6 +136,7 @@ struct CenterlineParams {
 struct TrajectoryParams {
   double smoothing_lambda = 0.5;
   int smoothing_iterations = 10;
+  double smoothing_margin = 0.15;
   double opheim_min = 0.03;
   double opheim_max = 1.0;
   double sample = 0.1;
@@ -135,13 +147,19 @@ struct TrajectoryParams {
   static constexpr auto fields() {
     using P = TrajectoryParams;
     return std::tuple{
-        Field{"smoothing_lambda", &P::smoothing_lambda, "", 0.0, 1.0, "Laplacian smoothing: step towards the neighbours' middle"},
-        Field{"smoothing_iterations", &P::smoothing_iterations, "", 0.0, 100.0, "Laplacian smoothing: passes; more rounds corners off"},
+        Field{"smoothing_lambda", &P::smoothing_lambda, "", 0.0, 1.0,
+              "Laplacian smoothing: step towards the neighbours' middle"},
+        Field{"smoothing_iterations", &P::smoothing_iterations, "", 0.0, 200.0,
+              "Laplacian smoothing: passes; more rounds corners off"},
+        Field{"smoothing_margin", &P::smoothing_margin, "m", 0.0, 2.0,
+              "smoothing brings the car's side no nearer than this to a wall"},
         Field{"opheim_min", &P::opheim_min, "m", 0.0, 0.5, "Opheim simplification: smallest tolerance (0: off)"},
         Field{"opheim_max", &P::opheim_max, "m", 0.0, 5.0, "Opheim simplification: longest step (0: off)"},
         Field{"sample", &P::sample, "m", 0.05, 0.5, "distance of trajectory points"},
-        Field{"end_hold", &P::end_hold, "m", 0.0, 2.0, "the curvature is held over the last stretch, where the spline's end would straighten it"},
-        Field{"join_distance", &P::join_distance, "m", 0.0, 10.0, "the trajectory leaves the car and joins the centerline over at least this (0: it is the centerline)"},
+        Field{"end_hold", &P::end_hold, "m", 0.0, 2.0,
+              "the curvature is held over the last stretch, where the spline's end would straighten it"},
+        Field{"join_distance", &P::join_distance, "m", 0.0, 10.0,
+              "the trajectory leaves the car and joins the centerline over at least this (0: it is the centerline)"},
         Field{"join_time", &P::join_time, "s", 0.0, 3.0, "and at least over the way driven in this time"},
     };
   }
@@ -158,6 +176,8 @@ struct VelocityProfileParams {
   double delta_v_max = 0.5;
   double delta_v_min = -0.5;
   double v_horizon = 1.0;
+  double block_overlap = 0.1;
+  double block_distance = 0.2;
 
   static constexpr auto fields() {
     using P = VelocityProfileParams;
@@ -167,11 +187,17 @@ struct VelocityProfileParams {
         Field{"a_x_max", &P::a_x_max, "m/s^2", 0.1, 20.0, "planned acceleration"},
         Field{"a_x_min", &P::a_x_min, "m/s^2", -20.0, -0.1, "planned braking"},
         Field{"a_y_max", &P::a_y_max, "m/s^2", 0.1, 20.0, "planned lateral acceleration"},
-        Field{"friction_ellipse", &P::friction_ellipse, "", 0.0, 1.0, "braking and accelerating share the grip with cornering"},
+        Field{"friction_ellipse", &P::friction_ellipse, "", 0.0, 1.0,
+              "braking and accelerating share the grip with cornering"},
         Field{"preview_time", &P::preview_time, "s", 0.0, 1.0, "the commanded speed is the planned one this far ahead"},
-        Field{"delta_v_max", &P::delta_v_max, "m/s", 0.0, 10.0, "commanded speed above the measured one at most (the paper's delta a_max)"},
-        Field{"delta_v_min", &P::delta_v_min, "m/s", -10.0, 0.0, "commanded speed below the measured one at most (the paper's delta a_min)"},
+        Field{"delta_v_max", &P::delta_v_max, "m/s", 0.0, 10.0,
+              "commanded speed above the measured one at most (the paper's delta a_max)"},
+        Field{"delta_v_min", &P::delta_v_min, "m/s", -10.0, 0.0,
+              "commanded speed below the measured one at most (the paper's delta a_min)"},
         Field{"v_horizon", &P::v_horizon, "m/s", 0.0, 10.0, "speed at the end of what is seen"},
+        Field{"block_overlap", &P::block_overlap, "m", 0.0, 0.5,
+              "the path is blocked where the car's side would be this far inside something"},
+        Field{"block_distance", &P::block_distance, "m", 0.0, 2.0, "and the car stops this far before it"},
     };
   }
 };
@@ -198,11 +224,14 @@ struct StanleyParams {
         Field{"k_damp", &P::k_damp, "", 0.0, 50.0, "softens the cross-track term with speed"},
         Field{"k_rate", &P::k_rate, "s", -0.5, 0.5, "gain of the yaw-rate term"},
         Field{"k_steer", &P::k_steer, "", -2.0, 2.0, "gain of the change of the wheel angle (damps when negative)"},
-        Field{"k_ag", &P::k_ag, "s^2/m", 0.0, 0.1, "steady-state yaw of the car in a curve, per v^2 kappa (Hoffmann eq. 8)"},
+        Field{"k_ag", &P::k_ag, "s^2/m", 0.0, 0.1,
+              "steady-state yaw of the car in a curve, per v^2 kappa (Hoffmann eq. 8)"},
         Field{"l_max", &P::l_max, "m", 0.0, 5.0, "lookahead on a straight"},
         Field{"kappa_n", &P::kappa_n, "1/m", 0.1, 100.0, "curvature that halves the lookahead"},
-        Field{"rate_reference", &P::rate_reference, "", 0.0, 2.0, "yaw rate that counts as right: 0 lookahead point, 1 nearest point, 2 none"},
-        Field{"schedule_omega", &P::schedule_omega, "rad/s", 0.0, 30.0, "k_ang falls with speed so that the heading loop keeps this crossover, lookahead neutral (0: off)"},
+        Field{"rate_reference", &P::rate_reference, "", 0.0, 2.0,
+              "yaw rate that counts as right: 0 lookahead point, 1 nearest point, 2 none"},
+        Field{"schedule_omega", &P::schedule_omega, "rad/s", 0.0, 30.0,
+              "k_ang falls with speed so that the heading loop keeps this crossover, lookahead neutral (0: off)"},
     };
   }
 };

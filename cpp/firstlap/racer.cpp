@@ -44,6 +44,7 @@ void Racer::reset() noexcept {
   memory_.path.clear();
   memory_.trail.clear();
   memory_.width = params_.track_width.width_initial;
+  memory_.width_known = false;
   memory_.without_path = longest_pause;
   memory_.trail_step = 0.0;
   memory_.state = {};
@@ -59,8 +60,9 @@ StepResult Racer::step(const LaserScan& scan, const VehicleState& state, double 
   move_memory(state, dt);
   if (!perceive(scan, state)) return trace_.result = hold_or_stop(state, dt, Status::bad_scan);
   choose_line();
+  if (!memory_.width_known && learn_width()) choose_line();
   if (!plan(state)) return trace_.result = hold_or_stop(state, dt, Status::no_path);
-  return trace_.result = follow(state, dt, Status::ok);
+  return trace_.result = follow(state, dt, blocked_ ? Status::blocked : Status::ok);
 }
 
 // Dead reckoning: what is remembered is expressed in today's base_link.
@@ -113,8 +115,8 @@ bool Racer::perceive(const LaserScan& scan, const VehicleState& state) noexcept 
 
 void Racer::build_line(std::size_t split, WallsSeen& walls, Centerline& line) noexcept {
   const SegmentationParams& p = params_.segmentation;
-  split_into_sides(trace_.sections, trace_.samples, split, params_.centerline.spacing,
-                   passable_gap(memory_.width, p), p.chain_gap, walls);
+  split_into_sides(trace_.sections, trace_.samples, split, params_.centerline.spacing, passable_gap(memory_.width, p),
+                   p.chain_gap, walls);
   recall_hidden(memory_.walls, table_, ranges_, params_.car, params_.centerline.memory_time, walls);
   trace_centerline(walls, memory_.trail, memory_.width, params_.car, params_.track_width, params_.centerline, line);
 }
@@ -123,15 +125,15 @@ void Racer::build_line(std::size_t split, WallsSeen& walls, Centerline& line) no
 // first one's line is short.
 void Racer::choose_line() noexcept {
   constexpr double enough = 2.5;  // [m] of line that leaves no doubt
-  trace_.candidates = rank_splits(trace_.points, trace_.sections, trace_.samples, memory_.width, params_.car,
-                                  params_.segmentation);
+  trace_.candidates =
+      rank_splits(trace_.points, trace_.sections, trace_.samples, memory_.width, params_.car, params_.segmentation);
   double best = -1.0;
   for (std::size_t i = 0; i < trace_.candidates.count && best < enough; ++i) {
     const SplitCandidate& candidate = trace_.candidates.items[i];
     build_line(candidate.split, other_walls_, other_line_);
     const double penalty = other_line_.end == LineEnd::turns_back ? 0.3 : 1.0;
-    const double value = penalty * std::min(other_line_.ahead, 5.0) *
-                         std::max(candidate.score, 1e-3) / std::max(trace_.candidates.items[0].score, 1e-3);
+    const double value = penalty * std::min(other_line_.ahead, 5.0) * std::max(candidate.score, 1e-3) /
+                         std::max(trace_.candidates.items[0].score, 1e-3);
     if (value <= best) continue;
     best = value;
     trace_.split = candidate.split;
@@ -144,21 +146,17 @@ bool Racer::plan(const VehicleState& state) noexcept {
   constexpr std::size_t fewest = 4;
   if (trace_.line.points.size() < fewest || trace_.line.ahead < 0.3) return false;
   const TrajectoryParams& p = params_.trajectory;
-  smooth(trace_.line.points, p.smoothing_lambda, p.smoothing_iterations, trace_.smoothed);
-  if (p.join_distance > 0.0)
-    join_car(params_.car, std::max(p.join_distance, p.join_time * state.speed), trace_.smoothed);
+  smooth_between_walls(trace_.line.points, params_.car, p, trace_.smoothed);
+  if (p.join_distance > 0.0) join_car(std::max(p.join_distance, p.join_time * state.speed), trace_.smoothed);
   simplify_opheim(trace_.smoothed, p.opheim_min, p.opheim_max, trace_.simplified);
   sample_path(trace_.simplified, p.sample, p.end_hold, spline_, trace_.path);
   if (trace_.path.size() < fewest) return false;
   trace_.nearest = nearest_on_path(trace_.path, params_.car.wheelbase, 0.0);
   if (trace_.nearest + 2 >= trace_.path.size()) return false;
   plan_velocity(state.speed, trace_.nearest, params_.velocity_profile, trace_.path);
-  keep_clear(state);
+  blocked_ = keep_clear();
 
-  widths_.clear();
-  for (const CenterlinePoint& c : trace_.line.points)
-    if (c.support == Support::both && c.width >= params_.track_width.width_min) widths_.push(c.width);
-  memory_.width = remember_width(memory_.width, {widths_.data(), widths_.size()}, params_.track_width);
+  learn_width();
   trace_.width = memory_.width;
   memory_.walls = trace_.walls;
   memory_.path.assign(trace_.path.span());
@@ -166,15 +164,37 @@ bool Racer::plan(const VehicleState& state) noexcept {
   return true;
 }
 
-// Smallest distance of the path ahead to a wall.
-void Racer::keep_clear(const VehicleState& state) noexcept {
+// The first median is taken as it is, later ones bit by bit. True where this scan told the width.
+bool Racer::learn_width() noexcept {
+  widths_.clear();
+  for (const CenterlinePoint& c : trace_.line.points)
+    if (c.support == Support::both && c.width >= params_.track_width.width_min) widths_.push(c.width);
+  const double gain = memory_.width_known ? params_.track_width.width_gain : 1.0;
+  const double before = memory_.width;
+  memory_.width = remember_width(before, {widths_.data(), widths_.size()}, gain, params_.track_width);
+  memory_.width_known = memory_.width_known || memory_.width != before;
+  return memory_.width != before;
+}
+
+// Looks along the path for anything that the car would hit, wall or not, and plans a stop before it, also
+// where the track becomes too narrow for the car. True where the stop is just ahead.
+bool Racer::keep_clear() noexcept {
+  const VelocityProfileParams& p = params_.velocity_profile;
+  const CarGeometry& car = params_.car;
+  const double nose = car.length - car.rear_overhang - car.wheelbase;  // ahead of the front axle
+  const double from = trace_.path[trace_.nearest].s;
+  double blocked_at = trace_.line.end == LineEnd::narrow ? trace_.path.back().s : 1e9;
   trace_.clearance = 1e9;
-  const double stopping = state.speed * state.speed / (-2.0 * params_.velocity_profile.a_x_min) + 1.0;
-  for (std::size_t i = trace_.nearest; i < trace_.path.size(); i += 2) {
-    const TrajectoryPoint& p = trace_.path[i];
-    if (p.s - trace_.path[trace_.nearest].s > stopping) break;
-    trace_.clearance = std::min(trace_.clearance, wall_distance(trace_.walls, p.x, p.y));
+  for (std::size_t i = trace_.nearest; i < trace_.path.size() && trace_.path[i].s < blocked_at; i += 2) {
+    const TrajectoryPoint& point = trace_.path[i];
+    const double d = wall_distance(trace_.walls, point.x, point.y) - 0.5 * car.width;
+    trace_.clearance = std::min(trace_.clearance, d);
+    if (d < -p.block_overlap && point.s > from + nose) blocked_at = point.s;
   }
+  if (blocked_at > 1e8) return false;
+  const double stop_at = blocked_at - nose - p.block_distance;
+  stop_before(stop_at, p, trace_.path);
+  return stop_at < from + 0.3;
 }
 
 StepResult Racer::follow(const VehicleState& state, double dt, Status status) noexcept {
@@ -183,8 +203,9 @@ StepResult Racer::follow(const VehicleState& state, double dt, Status status) no
   const double speed = command_speed(trace_.path, trace_.nearest, state.speed, params_.velocity_profile);
   memory_.state = state;
   memory_.awake = true;
-  return {{std::clamp(speed, 0.0, params_.velocity_profile.v_max), limited_steering(trace_.steering.steering_angle, dt)},
-          status};
+  return {
+      {std::clamp(speed, 0.0, params_.velocity_profile.v_max), limited_steering(trace_.steering.steering_angle, dt)},
+      status};
 }
 
 // Without a path of its own this step follows the last one for a short while.
@@ -207,7 +228,8 @@ double Racer::limited_steering(double wanted, double dt) noexcept {
   const CarGeometry& car = params_.car;
   const double step = car.steering_rate * dt;
   const double before = memory_.steering_command;
-  const double angle = std::clamp(std::clamp(wanted, before - step, before + step), -car.steering_limit, car.steering_limit);
+  const double angle =
+      std::clamp(std::clamp(wanted, before - step, before + step), -car.steering_limit, car.steering_limit);
   memory_.steering_command = angle;
   return angle;
 }

@@ -29,6 +29,7 @@ class Racer final : public Driver {
     Buffer<TrajectoryPoint> path;   // the last one planned
     Buffer<TrailPoint> trail;       // where the car has been
     double width = 0.0;             // [m]
+    bool width_known = false;       // it was measured, not assumed
     double without_path = 0.0;      // [s] since the last planned path
     double trail_step = 0.0;        // [m] since the last trail point
     VehicleState state{};           // the last measured
@@ -43,7 +44,8 @@ class Racer final : public Driver {
   void choose_line() noexcept;
   void build_line(std::size_t split, WallsSeen& walls, Centerline& line) noexcept;
   bool plan(const VehicleState& state) noexcept;
-  void keep_clear(const VehicleState& state) noexcept;
+  bool learn_width() noexcept;
+  bool keep_clear() noexcept;
   StepResult follow(const VehicleState& state, double dt, Status status) noexcept;
   StepResult hold_or_stop(const VehicleState& state, double dt, Status why) noexcept;
   StepResult stop(const VehicleState& state, double dt, Status why) noexcept;
@@ -54,10 +56,11 @@ class Racer final : public Driver {
   Memory memory_;
   BeamTable table_;
   Buffer<float> ranges_;
-  WallsSeen other_walls_;   // of a candidate that is being tried
+  WallsSeen other_walls_;  // of a candidate that is being tried
   Centerline other_line_;
   Spline spline_;
   Buffer<double> widths_;
+  bool blocked_ = false;  // something stands on the path just ahead
 };
 
 }  // namespace firstlap

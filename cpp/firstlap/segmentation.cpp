@@ -72,32 +72,34 @@ void eliminate(const SegmentationParams& params, double beam_step, Section& sect
   if (section.nearest > params.max_nearest) section.fate = Fate::too_far;
 }
 
-// True where `p` lies beyond the straight line from a to b, seen from the laser.
-bool lies_behind(const ScanPoint& p, const ScanPoint& a, const ScanPoint& b) noexcept {
-  return p.range > std::min(a.range, b.range);
+// Whether all sections between i and k lie beyond the gap from the end of i to the start of k.
+bool lie_behind_gap(const Buffer<ScanPoint>& points, const Buffer<Section>& sections, std::size_t i,
+                    std::size_t k) noexcept {
+  const double gap_range = std::min(points[sections[i].last].range, points[sections[k].first].range);
+  for (std::size_t between = i + 1; between < k; ++between)
+    if (sections[between].fate != Fate::seen_through && sections[between].nearest < gap_range) return false;
+  return true;
 }
 
 // Pipes leave gaps at their joints, and one sees through them and over low walls. Where the gap between
-// two sections is too narrow to drive through, what shows between them is not track.
+// two sections is too narrow to drive through, what shows between them is not track. A piece of pipe may
+// itself be too small to count; next to a piece that does, it is wall.
 void drop_seen_through(const Buffer<ScanPoint>& points, double gap, Buffer<Section>& sections) noexcept {
-  constexpr std::size_t reach = 8;  // sections that may show through one gap
+  constexpr std::size_t reach = 10;  // sections that may show through one gap
+  const auto is_solid = [](const Section& s) {
+    return s.fate == Fate::kept || (s.fate == Fate::too_small && s.last - s.first >= 2);
+  };
   for (std::size_t i = 0; i + 1 < sections.size(); ++i) {
-    if (sections[i].fate != Fate::kept) continue;
-    const ScanPoint& end = points[sections[i].last];
-    std::size_t seen = 0;
-    for (std::size_t k = i + 1; k < sections.size() && seen <= reach; ++k) {
-      if (sections[k].fate != Fate::kept) continue;
-      const ScanPoint& start = points[sections[k].first];
-      if (seen > 0 && distance(end, start) < gap) {
-        for (std::size_t between = i + 1; between < k; ++between)
-          if (sections[between].fate == Fate::kept) sections[between].fate = Fate::seen_through;
-        break;
-      }
-      // Only what lies wholly behind the gap can be seen through it.
-      if (!(sections[k].nearest > end.range)) {
-        if (!lies_behind(points[sections[k].first], end, points[sections[k].last])) break;
-      }
-      ++seen;
+    if (!is_solid(sections[i])) continue;
+    const std::size_t end = std::min(sections.size(), i + 2 + reach);
+    for (std::size_t k = i + 1; k < end; ++k) {
+      if (!is_solid(sections[k])) continue;
+      if (distance(points[sections[i].last], points[sections[k].first]) >= gap) continue;
+      if (!lie_behind_gap(points, sections, i, k)) continue;
+      for (std::size_t between = i + 1; between < k; ++between) sections[between].fate = Fate::seen_through;
+      if (sections[i].fate == Fate::kept || sections[k].fate == Fate::kept)
+        sections[i].fate = sections[k].fate = Fate::kept;
+      break;
     }
   }
 }

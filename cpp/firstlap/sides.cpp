@@ -33,26 +33,43 @@ void push_between(Point2 a, Point2 b, double spacing, std::size_t section, Buffe
   }
 }
 
-void sample_section(const Buffer<ScanPoint>& points, const Section& section, std::size_t index, double spacing,
-                    Buffer<SectionSample>& samples) noexcept {
-  Point2 previous{points[section.first].x, points[section.first].y};
-  samples.push({previous.x, previous.y, index, 0});
-  Point2 start = previous;
+// Samples from point `from` to point `to` (in either direction), the first one left out.
+void sample_run(const Buffer<ScanPoint>& points, std::size_t from, std::size_t to, Point2 previous, double spacing,
+                std::size_t section, Buffer<SectionSample>& samples) noexcept {
+  const std::ptrdiff_t step = to >= from ? 1 : -1;
+  ScanPoint start = points[from];
   Bin bin;
   bool filled = false;
-  for (std::size_t i = section.first + 1; i <= section.last; ++i) {
+  for (std::size_t i = from; i != to;) {
+    i = static_cast<std::size_t>(static_cast<std::ptrdiff_t>(i) + step);
     bin.add(points[i]);
     filled = true;
-    const bool complete = norm(points[i].x - start.x, points[i].y - start.y) >= spacing;
-    if (!complete) continue;
+    if (norm(points[i].x - start.x, points[i].y - start.y) < spacing) continue;
     const Point2 mean = bin.mean();
-    push_between(previous, mean, spacing, index, samples);
+    push_between(previous, mean, spacing, section, samples);
     previous = mean;
-    start = {points[i].x, points[i].y};
+    start = points[i];
     bin = {};
     filled = false;
   }
-  if (filled) push_between(previous, {points[section.last].x, points[section.last].y}, spacing, index, samples);
+  if (filled) push_between(previous, {points[to].x, points[to].y}, spacing, section, samples);
+}
+
+// Samples outwards from the point nearest to the car, so that a mirrored scan gives mirrored samples.
+void sample_section(const Buffer<ScanPoint>& points, const Section& section, std::size_t index, double spacing,
+                    Buffer<SectionSample>& samples) noexcept {
+  std::size_t middle = section.first;
+  for (std::size_t i = section.first; i <= section.last; ++i)
+    if (points[i].range < points[middle].range) middle = i;
+  Bin around;
+  const std::size_t reach = std::min({std::size_t{3}, middle - section.first, section.last - middle});
+  for (std::size_t i = middle - reach; i <= middle + reach; ++i) around.add(points[i]);
+  const Point2 start = around.mean();
+  const std::size_t before = samples.size();
+  sample_run(points, middle, section.first, start, spacing, index, samples);
+  std::reverse(samples.begin() + before, samples.end());
+  samples.push({start.x, start.y, index, 0});
+  sample_run(points, middle, section.last, start, spacing, index, samples);
 }
 
 // +1 where (x, y) lies left of the path, -1 right of it, 0 where it is too far away to tell.
@@ -99,6 +116,7 @@ Point2 outward_at(const Buffer<SectionSample>& samples, std::size_t end, std::si
 struct SampleRange {
   std::size_t first = 0;
   std::size_t last = 0;  // inclusive
+  double nearest = 0.0;  // [m] from the laser
 };
 
 // The ranges of one side in scan order, with their worth as an anchor.
@@ -144,7 +162,8 @@ void push_bridge(const Buffer<SectionSample>& samples, const SampleRange& a, con
   }
 }
 
-// The ranges of one side, in scan order, as far as they hang together with its best anchor.
+// The ranges of one side, in scan order, as far as they hang together with its best anchor. What is near
+// the car always counts.
 void build_side(const Buffer<SectionSample>& samples, std::span<const SampleRange> ranges,
                 std::span<const double> weight, double spacing, double bridge, double chain_gap,
                 WallSide& side) noexcept {
@@ -155,8 +174,12 @@ void build_side(const Buffer<SectionSample>& samples, std::span<const SampleRang
     if (weight[i] > weight[anchor]) anchor = i;
   std::size_t first = anchor;
   std::size_t last = anchor;
-  while (first > 0 && gap_between(samples, ranges[first - 1], ranges[first]) < chain_gap) --first;
-  while (last + 1 < ranges.size() && gap_between(samples, ranges[last], ranges[last + 1]) < chain_gap) ++last;
+  const auto hangs_on = [&](const SampleRange& next, double gap) {
+    return gap < chain_gap || next.nearest < chain_gap;
+  };
+  while (first > 0 && hangs_on(ranges[first - 1], gap_between(samples, ranges[first - 1], ranges[first]))) --first;
+  while (last + 1 < ranges.size() && hangs_on(ranges[last + 1], gap_between(samples, ranges[last], ranges[last + 1])))
+    ++last;
   bool open_before = true;
   for (std::size_t i = first; i <= last; ++i) {
     const bool bridged = i < last && gap_between(samples, ranges[i], ranges[i + 1]) < bridge;
@@ -181,7 +204,13 @@ void sample_sections(const Buffer<ScanPoint>& points, const Buffer<Section>& sec
 
 void vote_by_past(const WallsSeen& before, const Buffer<TrajectoryPoint>& path, const SegmentationParams& params,
                   Buffer<SectionSample>& samples) noexcept {
-  for (SectionSample& sample : samples) {
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    SectionSample& sample = samples[i];
+    // Every second sample is asked; its neighbour was the same wall before, too.
+    if (i % 2 == 1 && samples[i - 1].section == sample.section) {
+      sample.vote = samples[i - 1].vote;
+      continue;
+    }
     const double left = nearest_sample(before.left, sample.x, sample.y).distance;
     const double right = nearest_sample(before.right, sample.x, sample.y).distance;
     if (std::min(left, right) < params.past_radius)
@@ -230,6 +259,8 @@ Candidates rank_splits(const Buffer<ScanPoint>& points, const Buffer<Section>& s
   }
   const ScanPoint& end = points[before->last];
   if (end.y < 0.0 || votes > 0.0) consider(n, params.one_sided_score * end.range);
+  // A single wall that runs from one side round to the other is that of the side where it begins.
+  if (best.count == 0) consider(n, params.one_sided_score * end.range);
   return best;
 }
 
@@ -239,7 +270,7 @@ void split_into_sides(const Buffer<Section>& sections, const Buffer<SectionSampl
   SideRanges left;
   for (std::size_t i = 0; i < samples.size();) {
     const std::size_t index = samples[i].section;
-    SampleRange range{i, i};
+    SampleRange range{i, i, sections[index].nearest};
     int votes = samples[i].vote;
     while (range.last + 1 < samples.size() && samples[range.last + 1].section == index)
       votes += samples[++range.last].vote;

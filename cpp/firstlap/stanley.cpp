@@ -26,8 +26,12 @@ TrajectoryPoint point_at(const Buffer<TrajectoryPoint>& path, std::size_t from, 
   const TrajectoryPoint& a = path[i];
   const TrajectoryPoint& b = path[i + 1];
   const double t = std::clamp((s - a.s) / std::max(b.s - a.s, 1e-9), 0.0, 1.0);
-  return {s, a.x + t * (b.x - a.x), a.y + t * (b.y - a.y), a.yaw + t * wrap_angle(b.yaw - a.yaw),
-          a.curvature + t * (b.curvature - a.curvature), a.velocity + t * (b.velocity - a.velocity)};
+  return {s,
+          a.x + t * (b.x - a.x),
+          a.y + t * (b.y - a.y),
+          a.yaw + t * wrap_angle(b.yaw - a.yaw),
+          a.curvature + t * (b.curvature - a.curvature),
+          a.velocity + t * (b.velocity - a.velocity)};
 }
 
 }  // namespace

@@ -20,13 +20,14 @@ double LocalWidth::value() const noexcept {
   return mean + faded * (remembered_ - mean);
 }
 
-double remember_width(double remembered, std::span<double> widths, const TrackWidthParams& params) noexcept {
+double remember_width(double remembered, std::span<double> widths, double gain,
+                      const TrackWidthParams& params) noexcept {
   constexpr std::size_t trusted = 3;
   if (widths.size() < trusted) return remembered;
   const auto middle = widths.begin() + static_cast<std::ptrdiff_t>(widths.size() / 2);
   std::nth_element(widths.begin(), middle, widths.end());
   const double median = std::clamp(*middle, params.width_min, params.width_max);
-  return remembered + params.width_gain * (median - remembered);
+  return remembered + gain * (median - remembered);
 }
 
 }  // namespace firstlap

@@ -35,8 +35,9 @@ class LocalWidth {
   double blend_;
 };
 
-// The remembered width after a scan whose pairs were `widths` [m]; scratch is reordered. Fewer than
-// three pairs are not trusted.
-double remember_width(double remembered, std::span<double> widths, const TrackWidthParams& params) noexcept;
+// The remembered width after a scan whose pairs were `widths` [m] (reordered): `gain` of their median goes
+// in. Fewer than three pairs are not trusted.
+double remember_width(double remembered, std::span<double> widths, double gain,
+                      const TrackWidthParams& params) noexcept;
 
 }  // namespace firstlap

@@ -20,15 +20,15 @@ double ray_distance(const Point2& a, const Point2& b, const Point2& p) noexcept 
   return std::abs(dx * (p.y - a.y) - dy * (p.x - a.x)) / std::sqrt(length2);
 }
 
-// Where the front axle stands beside the line.
+// Where base_link stands beside the line.
 struct Foot {
   std::size_t segment = 0;
   double along = 0.0;   // [m] from the line's first point
-  double offset = 0.0;  // [m] of the axle, left of the line positive
+  double offset = 0.0;  // [m] of base_link, left of the line positive
   double yaw = 0.0;     // [rad] of the line
 };
 
-Foot foot_of_axle(const Buffer<Point2>& points, double axle_x) noexcept {
+Foot foot_of_car(const Buffer<Point2>& points) noexcept {
   Foot best;
   double best_distance = 1e18;
   double along = 0.0;
@@ -36,7 +36,7 @@ Foot foot_of_axle(const Buffer<Point2>& points, double axle_x) noexcept {
     const double dx = points[i + 1].x - points[i].x;
     const double dy = points[i + 1].y - points[i].y;
     const double length = std::max(norm(dx, dy), 1e-9);
-    const double rx = axle_x - points[i].x;
+    const double rx = -points[i].x;
     const double ry = -points[i].y;
     const double t = std::clamp((rx * dx + ry * dy) / length, 0.0, length);
     const double gap = norm(rx - t * dx / length, ry - t * dy / length);
@@ -49,25 +49,47 @@ Foot foot_of_axle(const Buffer<Point2>& points, double axle_x) noexcept {
   return best;
 }
 
+// Brings each point back to where it keeps `clearance` from the walls, as far as the line itself does.
+void keep_between_walls(const Buffer<CenterlinePoint>& line, double clearance, Buffer<Point2>& points) noexcept {
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const double dx = points[i].x - line[i].x;
+    const double dy = points[i].y - line[i].y;
+    const double moved = norm(dx, dy);
+    const double room = std::max(0.0, 0.5 * line[i].width - clearance);
+    if (moved <= room) continue;
+    const double share = room / moved;
+    points[i] = {line[i].x + share * dx, line[i].y + share * dy};
+  }
+}
+
 }  // namespace
 
-void smooth(const Buffer<CenterlinePoint>& line, double lambda, int iterations, Buffer<Point2>& points) noexcept {
-  points.clear();
-  for (const CenterlinePoint& p : line) points.push({p.x, p.y});
+void smooth(double lambda, int iterations, Buffer<Point2>& points) noexcept {
   for (int k = 0; k < iterations; ++k) {
     Point2 before = points.empty() ? Point2{} : points[0];
     for (std::size_t i = 1; i + 1 < points.size(); ++i) {
       const Point2 here = points[i];
-      points[i].x += lambda * (0.5 * (before.x + points[i + 1].x) - here.x);
-      points[i].y += lambda * (0.5 * (before.y + points[i + 1].y) - here.y);
+      const Point2 middle{0.5 * (before.x + points[i + 1].x), 0.5 * (before.y + points[i + 1].y)};
+      points[i] = {here.x + lambda * (middle.x - here.x), here.y + lambda * (middle.y - here.y)};
       before = here;
     }
   }
 }
 
-void join_car(const CarGeometry& car, double join_distance, Buffer<Point2>& points) noexcept {
+void smooth_between_walls(const Buffer<CenterlinePoint>& line, const CarGeometry& car, const TrajectoryParams& params,
+                          Buffer<Point2>& points) noexcept {
+  constexpr int passes = 10;  // between two looks at the walls
+  points.clear();
+  for (const CenterlinePoint& p : line) points.push({p.x, p.y});
+  for (int left = params.smoothing_iterations; left > 0; left -= passes) {
+    smooth(params.smoothing_lambda, std::min(left, passes), points);
+    keep_between_walls(line, 0.5 * car.width + params.smoothing_margin, points);
+  }
+}
+
+void join_car(double join_distance, Buffer<Point2>& points) noexcept {
   if (points.size() < 3 || join_distance <= 0.0) return;
-  const Foot foot = foot_of_axle(points, 0.0);
+  const Foot foot = foot_of_car(points);
   const double slope = std::clamp(std::tan(std::clamp(-foot.yaw, -0.78, 0.78)), -1.0, 1.0);
   double along = 0.0;
   Point2 before = points[0];

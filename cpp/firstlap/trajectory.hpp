@@ -16,11 +16,16 @@ namespace firstlap {
 inline constexpr std::size_t max_path_points = 512;
 
 // p_i += lambda (mean of the neighbours - p_i), ends fixed.
-void smooth(const Buffer<CenterlinePoint>& line, double lambda, int iterations, Buffer<Point2>& points) noexcept;
+void smooth(double lambda, int iterations, Buffer<Point2>& points) noexcept;
 
-// Bends the line's beginning so that it leaves the front axle along the car's heading and is back on
-// the line `distance` [m] later, by a quintic in the lateral offset.
-void join_car(const CarGeometry& car, double distance, Buffer<Point2>& points) noexcept;
+// The line smoothed, but no point of it brought nearer to a wall than the car's half width and a margin,
+// unless the line itself is as near.
+void smooth_between_walls(const Buffer<CenterlinePoint>& line, const CarGeometry& car, const TrajectoryParams& params,
+                          Buffer<Point2>& points) noexcept;
+
+// Bends the line's beginning so that it leaves base_link along the car's heading and is back on the line
+// `distance` [m] later, by a quintic in the lateral offset.
+void join_car(double distance, Buffer<Point2>& points) noexcept;
 
 // Opheim (1982) with psimpl's semantics: from each key, points within `tol_max` of it and within
 // `tol_min` of the ray that leaves it are dropped. A zero tolerance or fewer than 3 points: a copy.

@@ -55,12 +55,12 @@ struct TrajectoryPoint {
 
 // Why the command is what it is.
 enum class Status : std::uint8_t {
-  ok,          // planned from this scan
-  holding,     // no path from this scan: the previous one, moved by odometry, for a short while
-  no_path,     // nothing to follow: braking to a stop
-  blocked,     // something stands on the path: braking to a stop before it
-  bad_scan,    // the scan is empty or its header makes no sense: braking to a stop
-  bad_state,   // the measured state is not finite or absurd: braking to a stop
+  ok,         // planned from this scan
+  holding,    // no path from this scan: the previous one, moved by odometry, for a short while
+  no_path,    // nothing to follow: braking to a stop
+  blocked,    // something stands on the path: braking to a stop before it
+  bad_scan,   // the scan is empty or its header makes no sense: braking to a stop
+  bad_state,  // the measured state is not finite or absurd: braking to a stop
 };
 
 constexpr const char* to_string(Status status) noexcept {

@@ -33,8 +33,7 @@ void plan_velocity(double speed, std::size_t from, const VelocityProfileParams& 
   for (std::size_t i = from + 1; i < n; ++i) {
     const TrajectoryPoint& p = path[i - 1];
     const double a = params.a_x_max * grip_left(p.velocity, p.curvature, params);
-    path[i].velocity =
-        next_speed(p.velocity, path[i].s - p.s, a, cornering_speed(path[i].curvature, params), params);
+    path[i].velocity = next_speed(p.velocity, path[i].s - p.s, a, cornering_speed(path[i].curvature, params), params);
   }
   // Backwards; beyond the horizon may be anything, so it ends at v_min.
   double v = params.v_min;
@@ -64,7 +63,8 @@ double command_speed(const Buffer<TrajectoryPoint>& path, std::size_t from, doub
   std::size_t i = from + 1;
   while (i + 1 < path.size() && path[i].s < s) ++i;
   i = std::min(i, path.size() - 1);
-  return std::clamp(path[i].velocity, speed + params.delta_v_min, speed + params.delta_v_max);
+  return std::clamp(path[i].velocity, std::max(0.0, speed + params.delta_v_min),
+                    std::max(0.0, speed + params.delta_v_max));
 }
 
 }  // namespace firstlap

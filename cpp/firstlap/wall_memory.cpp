@@ -21,15 +21,41 @@ bool is_hidden(double x, double y, const BeamTable& table, const Buffer<float>& 
   return seen == 0.0F || static_cast<double>(seen) < norm(x, y) - clear;
 }
 
+// Marks the sample as a visible end, the wall coming from `inner`, unless the wall of this scan goes on there.
+void mark_end(const WallSide& seen, std::size_t seen_count, std::size_t end, std::size_t inner,
+              WallSide& side) noexcept {
+  constexpr double joined = 0.4;  // [m]
+  const Point2 e = side.at(end);
+  for (std::size_t i = 0; i < seen_count; ++i)
+    if (norm(seen.at(i).x - e.x, seen.at(i).y - e.y) < joined) return;
+  const Point2 from = side.at(inner);
+  const double length = norm(e.x - from.x, e.y - from.y);
+  if (length > 1e-6) side.outward[end] = {(e.x - from.x) / length, (e.y - from.y) / length};
+}
+
 void recall_side(const WallSide& before, const BeamTable& table, const Buffer<float>& ranges, const CarGeometry& car,
                  double memory_time, WallSide& side) noexcept {
-  constexpr double reach = 3.0;  // [m] what is further behind serves nobody
+  constexpr double reach = 3.0;    // [m] what is further behind serves nobody
+  constexpr double one_run = 0.5;  // [m] samples this near to each other are one wall
+  const std::size_t seen_count = side.size();
+  std::size_t run = seen_count;  // first sample of the run at hand
+  const auto close_run = [&] {
+    if (side.size() < run + 2) return;
+    const std::size_t last = side.size() - 1;
+    mark_end(side, seen_count, run, std::min(last, run + 2), side);
+    mark_end(side, seen_count, last, last >= run + 2 ? last - 2 : run, side);
+  };
   for (std::size_t i = 0; i < before.size(); ++i) {
-    const auto x = static_cast<double>(before.x[i]);
-    const auto y = static_cast<double>(before.y[i]);
-    if (static_cast<double>(before.age[i]) > memory_time || x < -reach) continue;
-    if (is_hidden(x - car.laser_x, y, table, ranges)) side.push(x, y, before.outward[i], before.age[i]);
+    const Point2 p = before.at(i);
+    if (static_cast<double>(before.age[i]) > memory_time || p.x < -reach) continue;
+    if (!is_hidden(p.x - car.laser_x, p.y, table, ranges)) continue;
+    if (side.size() > run && norm(p.x - side.at(side.size() - 1).x, p.y - side.at(side.size() - 1).y) > one_run) {
+      close_run();
+      run = side.size();
+    }
+    side.push(p.x, p.y, {}, before.age[i]);
   }
+  close_run();
 }
 
 }  // namespace
@@ -40,8 +66,8 @@ void ranges_by_beam(const Buffer<ScanPoint>& points, std::size_t beams, Buffer<f
   for (const ScanPoint& p : points) ranges[static_cast<std::size_t>(p.beam)] = static_cast<float>(p.range);
 }
 
-void recall_hidden(const WallsSeen& before, const BeamTable& table, const Buffer<float>& ranges,
-                   const CarGeometry& car, double memory_time, WallsSeen& walls) noexcept {
+void recall_hidden(const WallsSeen& before, const BeamTable& table, const Buffer<float>& ranges, const CarGeometry& car,
+                   double memory_time, WallsSeen& walls) noexcept {
   recall_side(before.left, table, ranges, car, memory_time, walls.left);
   recall_side(before.right, table, ranges, car, memory_time, walls.right);
 }

@@ -14,7 +14,7 @@ void ranges_by_beam(const Buffer<ScanPoint>& points, std::size_t beams, Buffer<f
 
 // Appends to `walls` those samples of `before` (already in today's base_link) that this scan could not
 // have seen. What the scan sees itself, or sees through, is forgotten.
-void recall_hidden(const WallsSeen& before, const BeamTable& table, const Buffer<float>& ranges,
-                   const CarGeometry& car, double memory_time, WallsSeen& walls) noexcept;
+void recall_hidden(const WallsSeen& before, const BeamTable& table, const Buffer<float>& ranges, const CarGeometry& car,
+                   double memory_time, WallsSeen& walls) noexcept;
 
 }  // namespace firstlap

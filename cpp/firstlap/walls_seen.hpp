@@ -19,6 +19,9 @@ struct WallSide {
   Buffer<float> age;       // [s] since it was seen; 0: in this scan
 
   [[nodiscard]] std::size_t size() const noexcept { return x.size(); }
+  [[nodiscard]] Point2 at(std::size_t i) const noexcept {
+    return {static_cast<double>(x[i]), static_cast<double>(y[i])};
+  }
   void clear() noexcept;
   void push(double px, double py, Point2 out, float seen_before) noexcept;
 };

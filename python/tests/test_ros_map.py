@@ -36,9 +36,7 @@ def write(folder: Path, image: Image.Image, header: str = HEADER) -> Path:
     return path
 
 
-def drawn(
-    paper: int = 0, track: int = 254, infield: int = 0, wall: int | None = None, pen: int = 1
-) -> Image.Image:
+def drawn(paper: int = 0, track: int = 254, infield: int = 0, wall: int | None = None, pen: int = 1) -> Image.Image:
     """An oval track: paper outside, infield inside, and a drawn line as the wall when `wall` is given."""
     image = Image.new("L", (340, 240), paper)
     pencil = ImageDraw.Draw(image)
@@ -131,9 +129,7 @@ def test_coarse_and_fine_maps_give_the_same_track(tmp_path: Path, extent: tuple[
 def test_negate_and_raw_mode(tmp_path: Path) -> None:
     inverse = drawn().point(lambda level: 255 - level)
     is_the_oval(load_ros_map(write(tmp_path, inverse, HEADER.replace("negate: 0", "negate: 1"))))
-    is_the_oval(
-        load_ros_map(write(tmp_path, inverse.point(lambda v: 0 if v < 128 else 100), HEADER + "mode: raw"))
-    )
+    is_the_oval(load_ros_map(write(tmp_path, inverse.point(lambda v: 0 if v < 128 else 100), HEADER + "mode: raw")))
 
 
 def test_origin_and_its_yaw_place_the_track(tmp_path: Path) -> None:
@@ -262,9 +258,7 @@ def test_damaged_images_never_give_a_traceback(tmp_path: Path) -> None:
     whole = (tmp_path / "map.png").read_bytes()
     generator = np.random.default_rng(3)
     for _ in range(60):
-        damaged = bytearray(
-            whole[: int(generator.integers(0, len(whole)))] if generator.random() < 0.3 else whole
-        )
+        damaged = bytearray(whole[: int(generator.integers(0, len(whole)))] if generator.random() < 0.3 else whole)
         for _ in range(int(generator.integers(0, 6))):
             if damaged:
                 damaged[int(generator.integers(len(damaged)))] = int(generator.integers(256))

@@ -43,11 +43,7 @@ def check(track: Track) -> None:
     assert step.max() < 0.12
     assert shapely.LinearRing(line).is_simple
     for side, width, sign in (("left", track.width_left, 1.0), ("right", track.width_right, -1.0)):
-        walls = [
-            w
-            for w, s, solid in zip(track.walls, track.sides, track.solid, strict=True)
-            if s == side and solid
-        ]
+        walls = [w for w, s, solid in zip(track.walls, track.sides, track.solid, strict=True) if s == side and solid]
         np.testing.assert_allclose(distances(line, walls), width, atol=1e-6)
         assert solid_gap_free(track, side)
         nearest = shapely.shortest_line(shapely.points(line), shapely.MultiLineString(walls))
@@ -56,9 +52,7 @@ def check(track: Track) -> None:
         assert (sign * (tangent[:, 0] * to_wall[:, 1] - tangent[:, 1] * to_wall[:, 0]) > 0).all()
     assert np.abs(track.width_left - track.width_right).max() < 0.35
     arrays = track.to_arrays()
-    assert arrays["segments"].shape == (len(arrays["visible"]), 4) and len(arrays["solid"]) == len(
-        arrays["visible"]
-    )
+    assert arrays["segments"].shape == (len(arrays["visible"]), 4) and len(arrays["solid"]) == len(arrays["visible"])
     assert np.isfinite(arrays["segments"]).all()
 
 
@@ -183,9 +177,7 @@ def test_a_wrong_track_file_says_in_one_line_what_would_be_right(text: str, says
     assert str(caught.value).startswith("some.yaml") and "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize(
-    "spec", ["random:", "random:-1", "random:x", "arenna", "no/such.yaml", "", "\0", "x" * 5000]
-)
+@pytest.mark.parametrize("spec", ["random:", "random:-1", "random:x", "arenna", "no/such.yaml", "", "\0", "x" * 5000])
 def test_an_unknown_track_is_an_input_error(spec: str) -> None:
     with pytest.raises(InputError):
         load_track(spec)

@@ -8,9 +8,9 @@
 namespace firstlap::sim {
 namespace {
 
-constexpr double gravity = 9.81;          // [m/s^2]
-constexpr double kinematic_below = 0.5;   // [m/s]
-constexpr double steering_close = 1e-4;   // [rad] near enough not to steer
+constexpr double gravity = 9.81;         // [m/s^2]
+constexpr double kinematic_below = 0.5;  // [m/s]
+constexpr double steering_close = 1e-4;  // [rad] near enough not to steer
 
 double limited_rate(const CarGeometry& geometry, double steering, double rate) noexcept {
   const bool at_right = steering <= -geometry.steering_limit && rate <= 0.0;
@@ -58,9 +58,8 @@ GymState gym_derivative(const CarGeometry& geometry, const VehicleParams& p, con
 GymInput gym_control(const CarGeometry& geometry, const VehicleParams& p, const GymState& state, double speed_command,
                      double steering_command) noexcept {
   const double steering_error = steering_command - state[2], speed_error = speed_command - state[3];
-  const double rate = std::abs(steering_error) > steering_close
-                          ? std::copysign(geometry.steering_rate, steering_error)
-                          : 0.0;
+  const double rate =
+      std::abs(steering_error) > steering_close ? std::copysign(geometry.steering_rate, steering_error) : 0.0;
   const double gain = state[3] > 0.0 ? 10.0 : 2.0;
   const double slowest = std::max(p.reverse_speed_max, 0.1);
   const double per_speed = speed_error > 0.0 ? p.accel_max / p.speed_max : p.accel_max / slowest;

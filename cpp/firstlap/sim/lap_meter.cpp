@@ -16,7 +16,7 @@ void LapMeter::add_clearance(double clearance) noexcept { min_clearance_ = std::
 
 Lap LapMeter::finish(bool standing) noexcept {
   const double time = std::max(time_, std::numeric_limits<double>::min());
-  const Lap lap{time_, distance_, distance_ / time, max_speed_, min_clearance_, std::sqrt(offset_squared_ / time),
+  const Lap lap{time_,   distance_, distance_ / time, max_speed_, min_clearance_, std::sqrt(offset_squared_ / time),
                 standing};
   *this = LapMeter{};
   return lap;

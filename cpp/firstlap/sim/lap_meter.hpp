@@ -11,9 +11,9 @@ class LapMeter {
  public:
   // Part of a physics step that belongs to this lap: dt [s], distance [m], speed [m/s], offset [m].
   void add(double dt, double distance, double speed, double offset) noexcept;
-  void add_clearance(double clearance) noexcept;                        // [m]
-  double min_clearance() const noexcept { return min_clearance_; }      // [m] so far, +inf at the start
-  double time() const noexcept { return time_; }                        // [s] so far
+  void add_clearance(double clearance) noexcept;                    // [m]
+  double min_clearance() const noexcept { return min_clearance_; }  // [m] so far, +inf at the start
+  double time() const noexcept { return time_; }                    // [s] so far
 
   // The lap that ends here; the next one begins empty.
   Lap finish(bool standing) noexcept;

@@ -10,8 +10,8 @@ namespace {
 
 constexpr float pi = std::numbers::pi_v<float>;
 constexpr float inf = std::numeric_limits<float>::infinity();
-constexpr float angle_error = 4e-6F;     // [rad] generous bound of approximate_atan2
-constexpr double widest_wedge = 1.2;     // [rad] < pi/2, so that two half planes and a front describe it
+constexpr float angle_error = 4e-6F;  // [rad] generous bound of approximate_atan2
+constexpr double widest_wedge = 1.2;  // [rad] < pi/2, so that two half planes and a front describe it
 
 // In vectorisable operations only; at most 1e-6 rad off.
 inline float approximate_atan2(float y, float x) {

@@ -44,8 +44,8 @@ struct LidarParams {
     };
   }
 
-  double angle_min() const noexcept { return -0.5 * fov; }                     // [rad]
-  double angle_increment() const noexcept { return fov / (beams - 1); }        // [rad]
+  double angle_min() const noexcept { return -0.5 * fov; }               // [rad]
+  double angle_increment() const noexcept { return fov / (beams - 1); }  // [rad]
 };
 
 class Lidar {
@@ -78,12 +78,12 @@ class Lidar {
 
   LidarParams params_;
   const Walls* walls_;
-  std::vector<double> cos_, sin_;       // of each beam, in the laser's frame
-  std::vector<double> inverse_range_;   // the depth buffer [1/m]
-  std::vector<double> x_, y_;           // vertices in the laser's frame [m]
-  std::vector<int> beam_;               // first beam at or after each vertex
-  std::vector<int> last_doubtful_;      // beams from beam_ to this one need the exact test
-  std::vector<std::size_t> counts_;     // vertices of each block gathered for this wedge
+  std::vector<double> cos_, sin_;      // of each beam, in the laser's frame
+  std::vector<double> inverse_range_;  // the depth buffer [1/m]
+  std::vector<double> x_, y_;          // vertices in the laser's frame [m]
+  std::vector<int> beam_;              // first beam at or after each vertex
+  std::vector<int> last_doubtful_;     // beams from beam_ to this one need the exact test
+  std::vector<std::size_t> counts_;    // vertices of each block gathered for this wedge
 };
 
 }  // namespace firstlap::sim

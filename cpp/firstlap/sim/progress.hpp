@@ -21,16 +21,16 @@ class Progress {
   // than three points, a point that is not finite, or length 0. Doubled points are dropped.
   explicit Progress(std::span<const Point2> centerline);
 
-  double length() const noexcept { return length_; }   // [m]
-  Pose2 pose_at(double s) const noexcept;              // any s [m]; heading along the centerline
-  Projection locate(Point2 point) const noexcept;      // nearest anywhere
+  double length() const noexcept { return length_; }  // [m]
+  Pose2 pose_at(double s) const noexcept;             // any s [m]; heading along the centerline
+  Projection locate(Point2 point) const noexcept;     // nearest anywhere
 
-  void reset(Point2 point) noexcept;    // nearest anywhere; travelled becomes 0
-  void update(Point2 point) noexcept;   // nearest within 2 m of arc length of the last place
+  void reset(Point2 point) noexcept;   // nearest anywhere; travelled becomes 0
+  void update(Point2 point) noexcept;  // nearest within 2 m of arc length of the last place
 
-  double s() const noexcept { return place_.s; }                 // [m] in [0, length)
+  double s() const noexcept { return place_.s; }                    // [m] in [0, length)
   double lateral_offset() const noexcept { return place_.offset; }  // [m] left positive
-  double travelled() const noexcept { return travelled_; }       // [m] since reset, laps included, signed
+  double travelled() const noexcept { return travelled_; }          // [m] since reset, laps included, signed
 
  private:
   struct Candidate {

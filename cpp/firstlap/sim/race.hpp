@@ -4,8 +4,8 @@
 
 #include <cstdint>
 #include <span>
-#include <utility>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "firstlap/driver.hpp"
@@ -75,13 +75,13 @@ class Race {
   RaceResult take_result() { return std::move(result_); }  // the race is over after it
   bool over() const noexcept { return result_.outcome != Outcome::running; }
 
-  double time() const noexcept { return result_.time; }              // [s]
-  Pose2 pose() const noexcept { return vehicle_.pose(); }            // base_link, true
-  VehicleState state() const noexcept { return vehicle_.state(); }   // true
-  VehicleState measured() const noexcept { return measured_; }       // what the driver was given last
-  LaserScan scan() const noexcept { return lidar_.view(ranges_); }   // what the driver was given last
-  StepResult step_result() const noexcept { return last_; }          // what the driver gave last
-  double s() const noexcept { return progress_.s(); }                // [m]
+  double time() const noexcept { return result_.time; }                          // [s]
+  Pose2 pose() const noexcept { return vehicle_.pose(); }                        // base_link, true
+  VehicleState state() const noexcept { return vehicle_.state(); }               // true
+  VehicleState measured() const noexcept { return measured_; }                   // what the driver was given last
+  LaserScan scan() const noexcept { return lidar_.view(ranges_); }               // what the driver was given last
+  StepResult step_result() const noexcept { return last_; }                      // what the driver gave last
+  double s() const noexcept { return progress_.s(); }                            // [m]
   double lateral_offset() const noexcept { return progress_.lateral_offset(); }  // [m]
   double track_length() const noexcept { return progress_.length(); }            // [m]
 

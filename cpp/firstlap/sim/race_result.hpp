@@ -34,9 +34,9 @@ struct Lap {
 };
 
 struct Contact {
-  double time = 0.0;           // [s] since the start
-  double x = 0.0, y = 0.0;     // [m] on the wall
-  double s = 0.0;              // [m] of base_link along the centerline
+  double time = 0.0;        // [s] since the start
+  double x = 0.0, y = 0.0;  // [m] on the wall
+  double s = 0.0;           // [m] of base_link along the centerline
 };
 
 // At each scan instant, the true state and the command the driver gave for it.

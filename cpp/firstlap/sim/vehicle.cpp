@@ -102,13 +102,7 @@ void Vehicle::step_gym(double dt) noexcept {
   a_x_ = rate[3];
   a_y_ = gym_[3] * (rate[4] + rate[6]);
   gym_ = runge_kutta(gym_, dt, derivative);
-  body_ = {gym_[0],
-           gym_[1],
-           gym_[4],
-           gym_[3] * std::cos(gym_[6]),
-           gym_[3] * std::sin(gym_[6]),
-           gym_[5],
-           gym_[2]};
+  body_ = {gym_[0], gym_[1], gym_[4], gym_[3] * std::cos(gym_[6]), gym_[3] * std::sin(gym_[6]), gym_[5], gym_[2]};
 }
 
 Pose2 Vehicle::pose() const noexcept {

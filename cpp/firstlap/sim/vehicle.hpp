@@ -51,12 +51,12 @@ class Vehicle {
   // Moves on by dt [s], at most params.step_dt.
   void step(double dt) noexcept;
 
-  Pose2 pose() const noexcept;                                    // base_link in the map frame
-  VehicleState state() const noexcept;                            // true, as sensors would like to measure it
-  double lateral_speed() const noexcept;                          // [m/s] of base_link
-  double forward_acceleration() const noexcept { return a_x_; }   // [m/s^2] of the centre of gravity
-  double lateral_acceleration() const noexcept { return a_y_; }   // [m/s^2] of the centre of gravity
-  double time() const noexcept { return time_; }                  // [s] since reset
+  Pose2 pose() const noexcept;                                   // base_link in the map frame
+  VehicleState state() const noexcept;                           // true, as sensors would like to measure it
+  double lateral_speed() const noexcept;                         // [m/s] of base_link
+  double forward_acceleration() const noexcept { return a_x_; }  // [m/s^2] of the centre of gravity
+  double lateral_acceleration() const noexcept { return a_y_; }  // [m/s^2] of the centre of gravity
+  double time() const noexcept { return time_; }                 // [s] since reset
 
  private:
   void step_single_track(double dt) noexcept;

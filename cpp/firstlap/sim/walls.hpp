@@ -95,8 +95,8 @@ void Walls::for_each_near(Point2 center, double radius, Visitor&& visit) const {
   const CellRange query = cells_of(center.x - radius, center.y - radius, center.x + radius, center.y + radius);
   for (std::int32_t row = query.y0; row <= query.y1; ++row) {
     for (std::int32_t column = query.x0; column <= query.x1; ++column) {
-      const auto cell = static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
-                        static_cast<std::size_t>(column);
+      const auto cell =
+          static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(column);
       for (std::uint32_t k = cell_start_[cell]; k < cell_start_[cell + 1]; ++k) {
         const CellRange& own = ranges_[cell_items_[k]];
         const bool first_x = column == own.x0 || (column == query.x0 && own.x0 < query.x0);

@@ -1,8 +1,7 @@
 #include "firstlap/sim/contact.hpp"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
+#include <gtest/gtest.h>
 #include <numbers>
 
 #include "firstlap/sim/rng.hpp"

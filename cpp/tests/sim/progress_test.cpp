@@ -1,8 +1,7 @@
 #include "firstlap/sim/progress.hpp"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
+#include <gtest/gtest.h>
 
 #include "support.hpp"
 

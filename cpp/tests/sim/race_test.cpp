@@ -1,8 +1,7 @@
 #include "firstlap/sim/race.hpp"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
+#include <gtest/gtest.h>
 
 #include "support.hpp"
 

@@ -1,8 +1,7 @@
 #include "firstlap/sim/rng.hpp"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
+#include <gtest/gtest.h>
 
 namespace firstlap::sim {
 namespace {

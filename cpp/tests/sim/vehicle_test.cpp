@@ -1,9 +1,8 @@
 #include "firstlap/sim/vehicle.hpp"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <cmath>
+#include <gtest/gtest.h>
 
 #include "firstlap/sim/car.hpp"
 #include "firstlap/sim/rng.hpp"
@@ -50,7 +49,7 @@ TEST(Vehicle, ConformsToTheCommonRoadSingleTrackVector) {
   const GymState state{2.0233348142065677, 0.0041907137716636, 0.0197545248559617, 15.7216236334290116,
                        0.0025857914776859, 0.0529001056654038, 0.0033012170610298};
   const GymState expected{15.7213512030862397, 0.0925527979719355, 0.15, 5.3536773276413925, 0.0529001056654038,
-                          0.6435589397748606, 0.0313297971641291};
+                          0.6435589397748606,  0.0313297971641291};
   const GymState f = gym_derivative(geometry, p, state, {0.15, 0.63 * g});
   for (std::size_t i = 0; i < f.size(); ++i) EXPECT_NEAR(f[i], expected[i], 1e-12) << i;
 }

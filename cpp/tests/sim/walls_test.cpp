@@ -1,9 +1,8 @@
 #include "firstlap/sim/walls.hpp"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <cmath>
+#include <gtest/gtest.h>
 #include <set>
 
 #include "firstlap/sim/rng.hpp"

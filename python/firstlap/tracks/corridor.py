@@ -38,13 +38,9 @@ def corner_line(corners: FloatArray, where: str) -> FloatArray:
     run = np.hypot(*ahead.T)
     heading = ahead / run[:, None]
     before = np.roll(heading, 1, axis=0)
-    turn = np.arctan2(
-        before[:, 0] * heading[:, 1] - before[:, 1] * heading[:, 0], (before * heading).sum(axis=1)
-    )
+    turn = np.arctan2(before[:, 0] * heading[:, 1] - before[:, 1] * heading[:, 0], (before * heading).sum(axis=1))
     if (np.abs(turn) > 3.0).any():
-        raise InputError(
-            f"{where}: corner {int(np.argmax(np.abs(turn)))} turns straight back; use two corners"
-        )
+        raise InputError(f"{where}: corner {int(np.argmax(np.abs(turn)))} turns straight back; use two corners")
     cut = radius * np.abs(np.tan(turn / 2.0))
     for i in range(len(xy)):
         if radius[i] == 0.0 and abs(turn[i]) > 0.02:
@@ -54,17 +50,14 @@ def corner_line(corners: FloatArray, where: str) -> FloatArray:
         j = (i + 1) % len(xy)
         if cut[i] + cut[j] > run[i] + 1e-6:
             raise InputError(
-                f"{where}: corners {i} and {j} are {run[i]:.2f} m apart and "
-                f"their arcs need {cut[i] + cut[j]:.2f} m"
+                f"{where}: corners {i} and {j} are {run[i]:.2f} m apart and their arcs need {cut[i] + cut[j]:.2f} m"
             )
     pieces = []
     for i in range(len(xy)):
         j = (i + 1) % len(xy)
         pieces.append(_arc(xy[i], before[i], turn[i], radius[i], cut[i], corners[i, 3:]))
         pieces.append(
-            _straight(
-                xy[i] + heading[i] * cut[i], xy[j] - heading[i] * cut[j], corners[i, 3:], corners[j, 3:]
-            )
+            _straight(xy[i] + heading[i] * cut[i], xy[j] - heading[i] * cut[j], corners[i, 3:], corners[j, 3:])
         )
     return np.vstack(pieces)
 
@@ -75,11 +68,7 @@ def _arc(
     count = int(abs(turn) * radius / STEP)
     angle = np.linspace(0.0, abs(turn), count + 1)[:-1] if count else np.zeros(0)
     side = np.sign(turn) * np.array([-before[1], before[0]])
-    xy = (
-        corner
-        - before * cut
-        + radius * (np.outer(np.sin(angle), before) + np.outer(1.0 - np.cos(angle), side))
-    )
+    xy = corner - before * cut + radius * (np.outer(np.sin(angle), before) + np.outer(1.0 - np.cos(angle), side))
     return np.column_stack([xy, np.tile(widths, (len(angle), 1))])
 
 

@@ -19,9 +19,7 @@ def tracks_folder() -> Path:
     for folder in (package / "data" / "tracks", package.parents[1] / "tracks"):
         if folder.is_dir():
             return folder
-    raise InputError(
-        f"{package}: no tracks folder; expected data/tracks in the package or tracks in the checkout"
-    )
+    raise InputError(f"{package}: no tracks folder; expected data/tracks in the package or tracks in the checkout")
 
 
 def list_tracks() -> list[str]:

@@ -80,17 +80,13 @@ def parse_ros_map_yaml(text: str, where: str) -> MapHeader:
     data = parse_mapping(text, where)
     missing = [key for key in ("image", "resolution", "origin") if key not in data]
     if missing:
-        raise InputError(
-            f"{where}: missing '{missing[0]}'; a ROS map has image, resolution and origin: [x, y, yaw]"
-        )
+        raise InputError(f"{where}: missing '{missing[0]}'; a ROS map has image, resolution and origin: [x, y, yaw]")
     image = data["image"]
     if not isinstance(image, str) or not image.strip() or "\0" in image:
         raise InputError(f"{where}: image is {_short(image)}; expected a file name")
     resolution = number(data["resolution"], "resolution", where)
     if not RESOLUTION[0] <= resolution <= RESOLUTION[1]:
-        raise InputError(
-            f"{where}: resolution {resolution:g} m/px; expected {RESOLUTION[0]} to {RESOLUTION[1]}"
-        )
+        raise InputError(f"{where}: resolution {resolution:g} m/px; expected {RESOLUTION[0]} to {RESOLUTION[1]}")
     occupied = number(data.get("occupied_thresh", 0.65), "occupied_thresh", where)
     free = number(data.get("free_thresh", 0.196), "free_thresh", where)
     for key, value in (("occupied_thresh", occupied), ("free_thresh", free)):

@@ -45,9 +45,7 @@ def read_gray(path: Path) -> npt.NDArray[np.uint8]:
 def _check_size(path: Path, size: tuple[int, int]) -> None:
     width, height = size
     if width * height > MAX_PIXELS:
-        raise InputError(
-            f"{path}: {width} x {height} pixels; at most {MAX_PIXELS // 1_000_000} million are read"
-        )
+        raise InputError(f"{path}: {width} x {height} pixels; at most {MAX_PIXELS // 1_000_000} million are read")
     if width < 3 or height < 3:
         raise InputError(f"{path}: {width} x {height} pixels is too small for a map")
 

@@ -106,9 +106,7 @@ def loops_of(region: Mask, resolution: float) -> list[Loop]:
     """Every loop of a region: each choice of its large holes that one closed line can keep inside."""
     outside, _ = ndimage.label(np.pad(~region, 1, constant_values=True), structure=EIGHT)
     holes = np.where(outside == outside[0, 0], 0, outside)[1:-1, 1:-1].astype(np.int32)
-    sizes = {
-        label: _extent(box) * resolution for label, box in enumerate(ndimage.find_objects(holes), 1) if box
-    }
+    sizes = {label: _extent(box) * resolution for label, box in enumerate(ndimage.find_objects(holes), 1) if box}
     ranked = sorted(sizes, key=lambda label: -sizes[label])
     large = [label for label in ranked if sizes[label] >= SMALL_OBSTACLE][:MAX_HOLES] or ranked[:1]
     small = tuple(label for label in ranked if label not in large)

@@ -82,9 +82,7 @@ def medial_line(left: list[FloatArray], right: list[FloatArray], where: str) -> 
         if shapely.LinearRing(smooth).is_simple:
             return smooth
         sigma *= 0.7
-    raise InputError(
-        f"{where}: the line between the left and right walls crosses itself; expected one plain loop"
-    )
+    raise InputError(f"{where}: the line between the left and right walls crosses itself; expected one plain loop")
 
 
 def _towards_middle(line: FloatArray, left: list[FloatArray], right: list[FloatArray]) -> FloatArray:
@@ -102,9 +100,7 @@ def _zero_level(left: list[FloatArray], right: list[FloatArray], where: str) -> 
     if shape[0] * shape[1] > 2 * MAX_CELLS:
         raise InputError(f"{where}: {size[0]:.0f} x {size[1]:.0f} m is too large for a track")
     difference = _grid_distance(right, low, cell, shape) - _grid_distance(left, low, cell, shape)
-    loops = [
-        loop[:-1] * cell + low for loop in contours(difference, 0.0) if is_closed(loop) and len(loop) > 8
-    ]
+    loops = [loop[:-1] * cell + low for loop in contours(difference, 0.0) if is_closed(loop) and len(loop) > 8]
     for island, sign in ((left, 1.0), (right, -1.0)):
         starts = shapely.points(np.array([wall[0] for wall in island]))
         around = [loop for loop in loops if bool(shapely.contains(shapely.Polygon(loop), starts).all())]
@@ -114,9 +110,7 @@ def _zero_level(left: list[FloatArray], right: list[FloatArray], where: str) -> 
     raise InputError(f"{where}: no closed loop between the left and the right walls")
 
 
-def _grid_distance(
-    walls: list[FloatArray], low: FloatArray, cell: float, shape: tuple[int, int]
-) -> FloatArray:
+def _grid_distance(walls: list[FloatArray], low: FloatArray, cell: float, shape: tuple[int, int]) -> FloatArray:
     """Distance in metres from every grid point to the nearest wall, to about half a cell."""
     empty: npt.NDArray[np.bool_] = np.ones(shape, dtype=np.bool_)
     for wall in walls:

@@ -98,11 +98,7 @@ def _rounded(generator: np.random.Generator, corners: FloatArray) -> FloatArray:
     metres = np.empty_like(corners)
     for axis in (0, 1):
         lanes = int(corners[:, axis].max()) + 1
-        at = (
-            np.concatenate([[0.0], np.cumsum(LANE * generator.uniform(0.92, 1.7, lanes - 1))])
-            if lanes > 1
-            else [0.0]
-        )
+        at = np.concatenate([[0.0], np.cumsum(LANE * generator.uniform(0.92, 1.7, lanes - 1))]) if lanes > 1 else [0.0]
         metres[:, axis] = np.asarray(at)[corners[:, axis].astype(int)]
     run = np.hypot(*(np.roll(metres, -1, axis=0) - metres).T)
     room = 0.5 * np.minimum(run, np.roll(run, 1)) - 0.01

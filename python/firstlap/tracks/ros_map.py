@@ -41,9 +41,7 @@ class Grid:
     def crop(self) -> None:
         """Cut the picture down to the free pixels or to the walls, whichever is smaller, and a margin."""
         boxes = [_box(self.free), _box(~self.free)]
-        rows, columns = min(
-            boxes, key=lambda box: (box[0].stop - box[0].start) * (box[1].stop - box[1].start)
-        )
+        rows, columns = min(boxes, key=lambda box: (box[0].stop - box[0].start) * (box[1].stop - box[1].start))
         self.corner += np.array([columns.start, rows.start]) * self.resolution
         self.free = self.free[rows, columns]
 
@@ -86,9 +84,7 @@ def load_ros_map(path: str | Path) -> Track:
     notes: list[str] = []
     try:
         gray = read_gray(path.parent / header.image)
-        grid = Grid(
-            np.ascontiguousarray(free_pixels(gray, header, notes)[::-1]), header.resolution, header.origin
-        )
+        grid = Grid(np.ascontiguousarray(free_pixels(gray, header, notes)[::-1]), header.resolution, header.origin)
         return _track_in(grid, header, path, notes)
     except MemoryError:
         raise InputError(f"{path}: not enough memory for this map") from None
@@ -99,15 +95,11 @@ def load_ros_map(path: str | Path) -> Track:
 def _track_in(grid: Grid, header: MapHeader, path: Path, notes: list[str]) -> Track:
     if not grid.free.any() or grid.free.all():
         what = "free" if grid.free.any() else "occupied or unknown"
-        raise InputError(
-            f"{path}: every pixel is {what}; expected a closed track (check negate and the thresholds)"
-        )
+        raise InputError(f"{path}: every pixel is {what}; expected a closed track (check negate and the thresholds)")
     grid.crop()
     grid.coarsen()
     if grid.free.size > MAX_WORKING_PIXELS:
-        raise InputError(
-            f"{path}: a map of {grid.free.size / 1e6:.0f} million pixels is too large for a track"
-        )
+        raise InputError(f"{path}: a map of {grid.free.size / 1e6:.0f} million pixels is too large for a track")
     grid.free, specks = without_specks(grid.free, grid.resolution, 2 * RADII[0])
     if specks:
         notes.append(f"removed {specks} specks")
@@ -128,9 +120,7 @@ def _plausible_loops(grid: Grid, radius: float) -> list[Loop]:
 def _why_no_loop(grid: Grid) -> str:
     if _plausible_loops(grid, 0.08):
         return f"the only closed loop is too narrow for the car, which is {CAR_WIDTH} m wide"
-    return (
-        "no closed loop of free space 0.6 to 5 m wide; expected a ring-shaped track with a wall on both sides"
-    )
+    return "no closed loop of free space 0.6 to 5 m wide; expected a ring-shaped track with a wall on both sides"
 
 
 def _choose(

@@ -74,9 +74,7 @@ class Track:
 
         def at(s: float) -> FloatArray:
             s %= self.length
-            return np.array(
-                [np.interp(s, self.stations, closed[:, 0]), np.interp(s, self.stations, closed[:, 1])]
-            )
+            return np.array([np.interp(s, self.stations, closed[:, 0]), np.interp(s, self.stations, closed[:, 1])])
 
         ahead = at(offset_s + 0.2) - at(offset_s - 0.2)
         x, y = at(offset_s)

@@ -91,9 +91,7 @@ def _line(data: dict[str, Any], where: str) -> FloatArray:
     return corner_line(points, where) if key == "corners" else spline_line(points)
 
 
-def _check_walls(
-    left: list[FloatArray], right: list[FloatArray], obstacles: list[FloatArray], where: str
-) -> None:
+def _check_walls(left: list[FloatArray], right: list[FloatArray], obstacles: list[FloatArray], where: str) -> None:
     rings = [shapely.LinearRing(wall) for wall in (*left, *right, *obstacles)]
     for ring in rings:
         if not ring.is_simple:
@@ -119,13 +117,9 @@ def _laid(track: Track, data: dict[str, Any], where: str) -> Track:
         fields = _fields(low, ("side", "from", "to", "post", "gap"), key, where)
         if fields["side"] not in ("left", "right"):
             raise InputError(f"{where}: {key}.side is {fields['side']!r}; expected left or right")
-        begin, end, post, gap = (
-            number(fields[k], f"{key}.{k}", where) for k in ("from", "to", "post", "gap")
-        )
+        begin, end, post, gap = (number(fields[k], f"{key}.{k}", where) for k in ("from", "to", "post", "gap"))
         if not 0.0 <= begin < end <= track.length or post <= 0.0 or gap <= 0.0:
-            raise InputError(
-                f"{where}: {key} expects 0 <= from < to <= {track.length:.1f} m, post and gap above 0"
-            )
+            raise InputError(f"{where}: {key} expects 0 <= from < to <= {track.length:.1f} m, post and gap above 0")
         track = with_low_wall(track, fields["side"], begin, end, post, gap)
     if "pipes" in data:
         fields = _fields(data["pipes"], ("length", "joint"), "pipes", where)
@@ -133,9 +127,7 @@ def _laid(track: Track, data: dict[str, Any], where: str) -> Track:
         joint_lengths = [number(joint, "pipes.joint", where) for joint in joints]
         length = number(fields["length"], "pipes.length", where)
         if length < 0.1 or not joint_lengths or min(joint_lengths) <= 0.0 or max(joint_lengths) > length:
-            raise InputError(
-                f"{where}: pipes expects length >= 0.1 m and joints above 0 and no longer than a pipe"
-            )
+            raise InputError(f"{where}: pipes expects length >= 0.1 m and joints above 0 and no longer than a pipe")
         track = with_pipes(track, length, joint_lengths)
     scenery = [
         _table(line, 2, f"scenery[{i}]", where, least=2)

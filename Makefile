@@ -1,0 +1,103 @@
+# The front door. Needs g++, make and python3 with venv; everything else is set up by the targets
+# themselves, once: a second call builds nothing again.
+
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+SHELL := /bin/bash
+
+python := .venv/bin/python
+firstlap := .venv/bin/firstlap
+cmake := .venv/bin/cmake
+ctest := .venv/bin/ctest
+export PATH := $(CURDIR)/.venv/bin:$(PATH)
+unexport PYTHONPATH
+
+# An environment that was copied or moved here, or whose Python is gone, is not ours: start anew.
+ifneq ($(wildcard .venv),)
+ifneq ($(shell cat .venv/.made_in 2>/dev/null; $(python) -c '' 2>&1),$(CURDIR))
+$(shell rm -rf .venv build)
+endif
+endif
+
+cpp_sources := $(shell find cpp/firstlap python/bindings -name '*.?pp' -o -name CMakeLists.txt)
+cpp_files = $(shell find cpp python/bindings -name '*.hpp' -o -name '*.cpp')
+seconds ?= 30
+
+.PHONY: help race test test-cpp test-python bench lint format docs pictures sanitize fuzz build dev clean
+
+help: ## list the targets
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+
+race: .venv/.built ## race three laps of arena; the picture is build/arena.png
+	@mkdir -p build
+	@$(firstlap) race arena --setup race --laps 3 --plot build/arena.png
+
+test: test-cpp test-python ## run all tests
+
+test-cpp: .venv/.run build/.gtest
+	@mkdir -p build && $(cmake) --preset tests >build/tests.log 2>&1 || { cat build/tests.log; exit 1; }
+	@$(cmake) --build --preset tests
+	@$(ctest) --preset tests --parallel 2 --progress
+
+test-python: .venv/.built .venv/.dev
+	@$(python) -m pytest
+
+bench: .venv/.built ## time a step, a scan and a race
+	@$(firstlap) bench
+
+lint: .venv/.built .venv/.dev ## check formats, run clang-tidy, ruff and mypy
+	scripts/lint.sh
+
+format: .venv/.dev ## bring all code into its format
+	@clang-format-16 -i $(cpp_files)
+	@ruff check --fix --quiet python scripts
+	@ruff format --quiet python scripts
+
+docs: .venv/.built .venv/.dev ## write the generated pages again
+	$(python) scripts/generate_docs.py
+
+pictures: .venv/.built ## draw the README's pictures again
+	@$(firstlap) race arena --setup race --laps 3 --plot docs/arena.png
+	@$(firstlap) explain hairpins --at 20 --plot docs/step.png
+
+sanitize: .venv/.run build/.gtest ## C++ tests under address and undefined behaviour sanitizers
+	@mkdir -p build && $(cmake) --preset sanitize >build/sanitize.log 2>&1 || { cat build/sanitize.log; exit 1; }
+	@$(cmake) --build --preset sanitize
+	@$(ctest) --preset sanitize --parallel 2 --progress
+
+fuzz: .venv/.built .venv/.fuzz ## fuzz step, the map reader and the setup reader, each for seconds=30
+	scripts/fuzz.sh $(seconds)
+
+build: .venv/.built ## set up and build, nothing more
+
+dev: .venv/.built .venv/.dev ## also what tests and linters need
+
+clean: ## forget everything that was set up and built
+	rm -rf .venv build .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	find python -name __pycache__ -prune -exec rm -rf {} +
+
+# Stamps.
+.venv/.uv: requirements/uv.txt
+	@scripts/setup.sh venv
+	@printf '%s' '$(CURDIR)' >.venv/.made_in
+	@touch $@
+
+.venv/.run: .venv/.uv requirements/run.txt
+	@scripts/setup.sh install requirements/run.txt
+	@touch $@
+
+.venv/.dev: .venv/.run requirements/dev.txt
+	@scripts/setup.sh install requirements/dev.txt
+	@touch $@
+
+.venv/.fuzz: .venv/.run requirements/fuzz.txt
+	@scripts/setup.sh install requirements/fuzz.txt
+	@touch $@
+
+build/.gtest: | .venv/.uv
+	@scripts/setup.sh gtest
+	@mkdir -p build && touch $@
+
+.venv/.built: .venv/.run pyproject.toml CMakeLists.txt $(cpp_sources)
+	@scripts/setup.sh package
+	@touch $@

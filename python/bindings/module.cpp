@@ -1,0 +1,10 @@
+// firstlap._core: the C++ rooms as Python sees them. The package firstlap is what people should import.
+#include "rooms.hpp"
+
+NB_MODULE(_core, m) {
+  m.doc() = "The C++ core of firstlap.";
+  m.attr("__version__") = FIRSTLAP_VERSION;
+  firstlap::bindings::bind_core(m);
+  firstlap::bindings::bind_sim(m);
+  firstlap::bindings::bind_bench(m);
+}

@@ -1,0 +1,12 @@
+// One function per room, each in its own file; module.cpp calls them in this order.
+#pragma once
+
+#include <nanobind/nanobind.h>
+
+namespace firstlap::bindings {
+
+void bind_core(nanobind::module_& m);
+void bind_sim(nanobind::module_& m);
+void bind_bench(nanobind::module_& m);
+
+}  // namespace firstlap::bindings

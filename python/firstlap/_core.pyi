@@ -1,0 +1,205 @@
+"""The C++ core of firstlap."""
+
+from typing import Annotated, overload
+
+import numpy
+from numpy.typing import NDArray
+
+
+class Params:
+    """Every parameter of the method, in sections."""
+
+    @overload
+    def __init__(self) -> None:
+        """Every parameter at its default."""
+
+    @overload
+    def __init__(self, other: Params) -> None:
+        """A copy."""
+
+    @staticmethod
+    def fields() -> list:
+        """
+        The field table: a list of dicts with section, name, unit, min, max, default, doc and type.
+        """
+
+    def get(self, section: str, name: str) -> object:
+        """One value. Raises KeyError."""
+
+    def set(self, section: str, name: str, value: float) -> None:
+        """
+        Sets one value. Raises KeyError for an unknown name, ValueError for a value out of its range.
+        """
+
+    def values(self) -> dict:
+        """All values, {section: {name: value}}."""
+
+    def validate(self) -> None:
+        """
+        Raises ValueError with field, value and range where a value, or a pair of values, is not allowed.
+        """
+
+class Driver:
+    """Scan and state in, command out."""
+
+    def reset(self) -> None:
+        """Forgets everything."""
+
+class Racer(Driver):
+    """The method: one scan in, one command out."""
+
+    def __init__(self, params: Params) -> None:
+        """Raises ValueError with field, value and range."""
+
+    def step(self, ranges: Annotated[NDArray[numpy.float32], dict(shape=(None,), order='C', device='cpu', writable=False)], speed: float, yaw_rate: float, steering_angle: float, dt: float, angle_min: float, angle_increment: float, time_increment: float, range_min: float, range_max: float) -> tuple:
+        """
+        Speed [m/s], wheel angle [rad] and status for a float32 scan, which is not copied. Releases the GIL.
+        """
+
+    def trace(self) -> dict:
+        """What the last step saw and thought, as numpy arrays in base_link."""
+
+class Track:
+    """Walls and a closed centerline, as the simulator takes them."""
+
+    def __init__(self, segments: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], visible: Annotated[NDArray[numpy.uint8], dict(shape=(None,), order='C', device='cpu', writable=False)], solid: Annotated[NDArray[numpy.uint8], dict(shape=(None,), order='C', device='cpu', writable=False)], centerline: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]) -> None: ...
+
+class Car:
+    """Every parameter of a simulated car, in sections."""
+
+    @overload
+    def __init__(self) -> None:
+        """Every parameter at its default."""
+
+    @overload
+    def __init__(self, other: Car) -> None:
+        """A copy."""
+
+    @staticmethod
+    def fields() -> list:
+        """
+        The field table: a list of dicts with section, name, unit, min, max, default, doc and type.
+        """
+
+    def get(self, section: str, name: str) -> object:
+        """One value. Raises KeyError."""
+
+    def set(self, section: str, name: str, value: float) -> None:
+        """
+        Sets one value. Raises KeyError for an unknown name, ValueError for a value out of its range.
+        """
+
+    def values(self) -> dict:
+        """All values, {section: {name: value}}."""
+
+    def validate(self) -> None:
+        """
+        Raises ValueError with field, value and range where a value, or a pair of values, is not allowed.
+        """
+
+    @staticmethod
+    def preset(name: str) -> Car:
+        """The car 'default', 'nuc2' or 'gym'. Raises KeyError."""
+
+class Lidar:
+    """The car's lidar on a track, without noise."""
+
+    def __init__(self, track: Track, car: Car) -> None: ...
+
+    def scan(self, x: float, y: float, yaw: float) -> Annotated[NDArray[numpy.float32], dict(shape=(None,))]:
+        """Exact ranges [m] (beams,) from the laser's pose in the map frame."""
+
+class RaceOptions:
+    """How a race is run. The seed is an attribute of its own."""
+
+    @overload
+    def __init__(self) -> None:
+        """Every parameter at its default."""
+
+    @overload
+    def __init__(self, other: RaceOptions) -> None:
+        """A copy."""
+
+    @staticmethod
+    def fields() -> list:
+        """
+        The field table: a list of dicts with section, name, unit, min, max, default, doc and type.
+        """
+
+    def get(self, section: str, name: str) -> object:
+        """One value. Raises KeyError."""
+
+    def set(self, section: str, name: str, value: float) -> None:
+        """
+        Sets one value. Raises KeyError for an unknown name, ValueError for a value out of its range.
+        """
+
+    def values(self) -> dict:
+        """All values, {section: {name: value}}."""
+
+    def validate(self) -> None:
+        """
+        Raises ValueError with field, value and range where a value, or a pair of values, is not allowed.
+        """
+
+    @property
+    def seed(self) -> int:
+        """64 bits; the same seed gives the same race, bit for bit."""
+
+    @seed.setter
+    def seed(self, arg: int, /) -> None: ...
+
+class Race:
+    """One car, one track, one driver, some laps; stepped scan by scan."""
+
+    def __init__(self, track: Track, car: Car, driver: Driver, options: RaceOptions) -> None:
+        """
+        Resets the driver and stands the car on the line. Raises ValueError where that cannot be.
+        """
+
+    def advance(self, scans: int = 1) -> bool:
+        """
+        Drives for so many scan periods, without the GIL. False when the race is over.
+        """
+
+    def result(self) -> dict:
+        """
+        Outcome, laps, contact, compute times [us] and path (columns, map frame, SI) so far.
+        """
+
+    def laps_done(self) -> int:
+        """Complete laps."""
+
+    def scan(self) -> dict:
+        """The scan that the driver saw last."""
+
+    def measured(self) -> dict:
+        """The state that the driver was given last."""
+
+    def state(self) -> dict:
+        """The true state now."""
+
+    @property
+    def pose(self) -> tuple:
+        """x, y, yaw of base_link now."""
+
+    @property
+    def time(self) -> float:
+        """[s] since the start."""
+
+    @property
+    def s(self) -> float:
+        """[m] along the centerline."""
+
+    @property
+    def lateral_offset(self) -> float:
+        """[m] left of the centerline."""
+
+    @property
+    def track_length(self) -> float:
+        """[m] of the centerline."""
+
+def bench(track: Track, car: Car, params: Params, scans: int = 4000) -> dict:
+    """
+    Microseconds of each step, each noise-free scan and each run of the reference over a recorded drive, and simulated seconds per second of a race.
+    """

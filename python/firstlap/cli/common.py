@@ -1,0 +1,65 @@
+"""What the commands share: options, consoles, errors."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import BarColumn, Progress, ProgressColumn, TextColumn, TimeRemainingColumn
+
+from firstlap.setup_file import Setup, load_setup
+
+TrackArgument = Annotated[
+    str,
+    typer.Argument(metavar="TRACK", help="One of ours by name, a track file, random:SEED, or a ROS map YAML."),
+]
+SetupOption = Annotated[str, typer.Option("--setup", metavar="SETUP", help="sure, base, race or a YAML file.")]
+SetOption = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="NAME=VALUE", help="Change one parameter of the setup; repeatable."),
+]
+CarOption = Annotated[str, typer.Option("--car", metavar="CAR", help="default, nuc2, gym or a YAML file.")]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
+LapsOption = Annotated[int, typer.Option("--laps", min=1, help="Laps to drive, the standing one included.")]
+
+
+def fail(message: str, code: int) -> int:
+    """Says in one line on stderr what was wrong; returns the exit code."""
+    print("error: " + " ".join(message.split()), file=sys.stderr)
+    return code
+
+
+def chosen_setup(setup: str, changes: list[str] | None) -> Setup:
+    """The setup of --setup with the changes of --set. Raises InputError."""
+    loaded = load_setup(setup)
+    return loaded.with_assignments(changes) if changes else loaded
+
+
+def print_json(data: dict[str, Any]) -> None:
+    """One JSON object on stdout."""
+    print(json.dumps(data, indent=2, allow_nan=False))
+
+
+def console() -> Console:
+    """For tables on stdout."""
+    return Console(highlight=False)
+
+
+@contextmanager
+def progress_bar(*columns: str | ProgressColumn) -> Iterator[Progress]:
+    """A bar on stderr, only where someone watches."""
+    watched = sys.stderr.isatty()
+    layout = columns or (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
+    with Progress(*layout, console=Console(stderr=True), transient=True, disable=not watched) as bar:
+        yield bar
+
+
+def note(text: str) -> None:
+    """A remark for people, on stderr."""
+    Console(stderr=True, highlight=False, soft_wrap=True).print(f"[dim]{escape(text)}[/dim]")

@@ -1,0 +1,113 @@
+"""firstlap race"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.progress import BarColumn, Progress, TextColumn
+from rich.table import Table
+
+from firstlap import _core
+from firstlap.car_file import Car, load_car
+from firstlap.cli.common import (
+    CarOption,
+    JsonOption,
+    LapsOption,
+    SetOption,
+    SetupOption,
+    TrackArgument,
+    chosen_setup,
+    console,
+    note,
+    print_json,
+    progress_bar,
+)
+from firstlap.output import check_writable
+from firstlap.race import RaceResult
+from firstlap.race import race as run_race
+from firstlap.setup_file import Setup
+from firstlap.tracks.library import load_track
+from firstlap.tracks.track import Track
+
+
+def race(
+    track: TrackArgument,
+    setup: SetupOption = "sure",
+    changes: SetOption = None,
+    laps: LapsOption = 3,
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Of everything random.")] = 1,
+    reverse: Annotated[bool, typer.Option("--reverse", help="Drive the other way round.")] = False,
+    car: CarOption = "default",
+    plot: Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Write a picture of the race.")] = None,
+    as_json: JsonOption = False,
+) -> int:
+    """Race one track: laps, lap times, and a picture. Exits 0 when finished, 1 when not."""
+    if plot:
+        from firstlap.plot import PICTURES
+
+        check_writable(plot, PICTURES)
+    chosen = chosen_setup(setup, changes)
+    loaded_car = load_car(car)
+    loaded = load_track(track)
+    result = _watched_race(loaded, chosen, loaded_car, laps, seed, reverse)
+    if plot:
+        result.plot(plot)
+    if as_json:
+        print_json(result.to_dict())
+    else:
+        _print(result, plot)
+    return 0 if result.finished else 1
+
+
+def _watched_race(track: Track, setup: Setup, car: Car, laps: int, seed: int, reverse: bool) -> RaceResult:
+    columns = (TextColumn("{task.description}"), BarColumn(50), TextColumn("{task.fields[speed]:.1f} m/s"))
+    with progress_bar(*columns) as bar:
+        task = bar.add_task(f"lap 1 of {laps}", total=laps * track.length, speed=0.0)
+
+        def look(running: _core.Race) -> None:
+            _show(bar, task, running, laps)
+
+        return run_race(track, setup, car, laps=laps, seed=seed, reverse=reverse, look=look)
+
+
+def _show(bar: Progress, task: int, running: _core.Race, laps: int) -> None:
+    done = running.laps_done()
+    bar.update(
+        task,  # type: ignore[arg-type]
+        description=f"lap {min(done + 1, laps)} of {laps}",
+        completed=done * running.track_length + running.s,
+        speed=running.state()["speed"],
+    )
+
+
+def _print(result: RaceResult, plot: Path | None) -> None:
+    for remark in result.track.notes:
+        note(remark)
+    direction = "" if result.direction == "forward" else ", reverse"
+    table = Table(title=f"{result.track.name}, {result.track.length:.1f} m{direction}, setup {result.setup.name}")
+    for heading in ("lap", "time s", "mean m/s", "top m/s", "clearance m", ""):
+        table.add_column(heading, justify="right")
+    for number, lap in enumerate(result.laps, start=1):
+        remark = "standing start" if lap.standing else "best" if lap.time == result.best else ""
+        table.add_row(
+            str(number),
+            f"{lap.time:.2f}",
+            f"{lap.mean_speed:.2f}",
+            f"{lap.max_speed:.2f}",
+            f"{lap.min_clearance:.2f}",
+            remark,
+        )
+    out = console()
+    out.print(table)
+    if result.contact:
+        where = f"at {result.contact.time:.2f} s, {result.contact.s:.1f} m into the lap"
+        out.print(f"[bold red]contact[/] {where} (x {result.contact.x:.2f}, y {result.contact.y:.2f})")
+    elif not result.finished:
+        out.print(f"[bold red]{result.outcome.replace('_', ' ')}[/] after {result.time:.2f} s")
+    compute = result.compute
+    if compute["p50"] is not None:
+        out.print(f"a step took {compute['p50']:.0f} µs (p50), {compute['p99']:.0f} µs (p99)")
+    if plot:
+        out.print(f"picture: {plot}", soft_wrap=True)

@@ -1,0 +1,138 @@
+"""firstlap survey"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import typer
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from firstlap import __version__
+from firstlap.car_file import load_car
+from firstlap.cli.common import (
+    CarOption,
+    JsonOption,
+    LapsOption,
+    SetOption,
+    SetupOption,
+    chosen_setup,
+    console,
+    fail,
+    print_json,
+    progress_bar,
+)
+from firstlap.errors import InputError
+from firstlap.race import RaceResult
+from firstlap.survey import Run, Survey
+from firstlap.tracks.library import list_tracks, load_track
+
+
+def survey(
+    tracks: Annotated[
+        list[str],
+        typer.Argument(metavar="TRACK...", help="Tracks as of `race`; all: every one of ours; random:1-20: twenty."),
+    ],
+    setup: SetupOption = "sure",
+    changes: SetOption = None,
+    laps: LapsOption = 3,
+    seeds: Annotated[int, typer.Option("--seeds", min=1, help="Seeds 1 to K for each track.")] = 3,
+    both: Annotated[bool, typer.Option("--both", help="Both directions.")] = False,
+    car: CarOption = "default",
+    as_json: JsonOption = False,
+) -> int:
+    """Race many tracks, directions and seeds on all cores: is a setup safe? Exits 0 when every race finished."""
+    races = Survey(chosen_setup(setup, changes), load_car(car), laps)
+    specs = expand(tracks)
+    interrupted = False
+    bar_columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with progress_bar(*bar_columns) as bar:
+        reading = bar.add_task("reading tracks", total=len(specs))
+        loaded = {}
+        for spec in specs:
+            loaded[spec] = load_track(spec)
+            bar.advance(reading)
+        bar.remove_task(reading)
+        runs = [
+            Run(spec, loaded[spec], reverse, seed)
+            for spec in specs
+            for reverse in ((False, True) if both else (False,))
+            for seed in range(1, seeds + 1)
+        ]
+        failed = 0
+        task = bar.add_task("racing", total=len(runs))
+
+        def done(_run: Run, result: RaceResult) -> None:
+            nonlocal failed
+            failed += not result.finished
+            bar.update(task, advance=1, description=f"racing, {failed} not finished")
+
+        try:
+            races.drive(runs, done)
+        except KeyboardInterrupt:
+            interrupted = True
+    found = {
+        "version": __version__,
+        **races.to_dict(),
+        "seeds": seeds,
+        "both": both,
+        "interrupted": interrupted,
+    }
+    if as_json:
+        print_json(found)
+    else:
+        _print(found)
+    if interrupted:
+        return fail(f"interrupted after {found['runs']} of {len(runs)} races", 130)
+    return 0 if found["finished"] == len(runs) else 1
+
+
+def expand(tracks: list[str]) -> list[str]:
+    """all -> every track of ours; random:1-20 -> random:1 ... random:20; each once. Raises InputError."""
+    specs: list[str] = []
+    for track in tracks:
+        first, dash, last = track.removeprefix("random:").partition("-")
+        if track == "all":
+            specs += list_tracks()
+        elif track.startswith("random:") and dash:
+            if not (first.isdecimal() and last.isdecimal() and int(first) <= int(last) < int(first) + 10_000):
+                raise InputError(f"'{track[:60]}': expected random:FIRST-LAST, for example random:1-20")
+            specs += [f"random:{seed}" for seed in range(int(first), int(last) + 1)]
+        else:
+            specs.append(track)
+    return list(dict.fromkeys(specs))
+
+
+def _print(found: dict[str, Any]) -> None:
+    both = ", both directions" if found["both"] else ""
+    table = Table(title=f"setup {found['setup']}, {found['laps']} laps, {found['seeds']} seeds{both}")
+    table.add_column("track", overflow="fold")
+    for heading in ("length m", "finished", "best s", "median s", "clearance m"):
+        table.add_column(heading, justify="right")
+    table.add_column("first failure", overflow="fold")
+    for row in found["tracks"]:
+        style = "" if row["finished"] == row["runs"] else "red" if row["finished"] == 0 else "yellow"
+        table.add_row(
+            row["track"],
+            f"{row['track_length']:.1f}",
+            f"{row['finished']}/{row['runs']}",
+            _number(row["best"]),
+            _number(row["median"]),
+            _number(row["min_clearance"]),
+            _failure(row["failures"]),
+            style=style,
+        )
+    out = console()
+    out.print(table)
+    out.print(f"{found['finished']} of {found['runs']} races finished")
+
+
+def _number(value: float | None) -> str:
+    return "-" if value is None else f"{value:.2f}"
+
+
+def _failure(failures: list[dict[str, Any]]) -> str:
+    if not failures:
+        return ""
+    first = failures[0]
+    return f"{first['outcome']} at {first['s']:.1f} m, {first['direction']}, seed {first['seed']}"

@@ -1,0 +1,301 @@
+"""The picture of one step of the method."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Polygon, Rectangle
+
+from firstlap.explain import Moment
+from firstlap.plot import BAD, FAINT, INK, LEFT, PAPER, RIGHT, coloured_line, new_figure, save
+
+PATH = "#6a1b9a"
+LINE = "#2e7d32"
+SCENE = (0.03, 0.075, 0.63, 0.835)
+SIZE = (16.0, 9.2)
+REACH = (-4.0, 10.5, -7.0, 7.0)
+BOTH = 3
+GOOD = "#2e7d32"
+TERMS = (
+    ("heading", "heading", "k_ang Δψ"),
+    ("cross_track", "cross-track", "atan(k_dist Δd / …)"),
+    ("yaw_rate", "yaw rate", "k_rate Δr"),
+    ("steering", "steering change", "k_steer Δδ"),
+)
+
+Points = npt.NDArray[np.float64]
+
+
+def plot_moment(moment: Moment, path: str | Path) -> None:
+    """Writes the picture of `moment`. Raises InputError."""
+    figure = new_figure(*SIZE)
+    scene = figure.add_axes(SCENE)
+    _draw_scene(scene, moment)
+    _write_head(figure, moment)
+    _draw_terms(figure.add_axes((0.775, 0.555, 0.205, 0.225)), moment)
+    _draw_profile(figure.add_axes((0.715, 0.09, 0.265, 0.345)), moment)
+    save(figure, path)
+
+
+def _write_head(figure: Figure, moment: Moment) -> None:
+    speed, angle, status = moment.trace["result"]
+    figure.text(0.02, 0.962, moment.title, fontsize=19, fontweight="bold", color=INK, va="center")
+    figure.text(0.02, 0.928, moment.subtitle, fontsize=10.5, color=INK, va="center")
+    colour = GOOD if status == "ok" and not moment.outcome else BAD
+    said = status.replace("_", " ") + (f", then {moment.outcome}" if moment.outcome else "")
+    figure.text(0.69, 0.955, said, fontsize=17, fontweight="bold", color=colour, va="center")
+    rows = [
+        ("command", f"{speed:5.2f} m/s", f"{math.degrees(angle):+6.1f}°"),
+        ("measured", f"{moment.speed:5.2f} m/s", f"{math.degrees(moment.steering_angle):+6.1f}°"),
+    ]
+    for i, (name, first, second) in enumerate(rows):
+        height = 0.912 - 0.032 * i
+        figure.text(0.69, height, name, fontsize=12, color=INK, va="center")
+        figure.text(0.77, height, first, fontsize=12, color=INK, va="center", family="monospace")
+        figure.text(0.85, height, second, fontsize=12, color=INK, va="center", family="monospace")
+    trace = moment.trace
+    facts = f"track width remembered {trace['width']:.2f} m"
+    if len(trace["path"]["s"]):
+        facts += f"   path {trace['path']['s'][-1] - trace['path']['s'][trace['nearest']]:.1f} m ahead"
+    figure.text(0.69, 0.843, facts, fontsize=10.5, color=INK, va="center")
+
+
+def _draw_scene(axes: Axes, moment: Moment) -> None:
+    axes.set_aspect("equal")
+    left, right, low, high = _view(moment.trace)
+    axes.set_xlim(left, right)
+    axes.set_ylim(low, high)
+    axes.set_facecolor("#fbfbfc")
+    axes.grid(color="#edf0f2", linewidth=0.8)
+    axes.set_axisbelow(True)
+    axes.tick_params(colors=FAINT, labelsize=9)
+    for spine in axes.spines.values():
+        spine.set_color("#d5dade")
+    for wall, visible in moment.walls:
+        style = "solid" if visible else (0, (1, 1.5))
+        axes.plot(*wall.T, color="#c4ccd3", linewidth=5.0, linestyle=style, solid_capstyle="round", zorder=1)
+    _draw_points(axes, moment.trace)
+    _draw_line(axes, moment.trace)
+    _draw_path(axes, moment.trace)
+    _draw_car(axes, moment.params["car"], moment.steering_angle, moment.trace["result"][1])
+    _draw_legend(axes, moment)
+
+
+def _view(trace: Mapping[str, Any]) -> tuple[float, float, float, float]:
+    """What the scene shows: the car, both walls and the path, as large as they fit."""
+    path = np.column_stack([trace["path"]["x"], trace["path"]["y"]])
+    seen = np.vstack([[[-1.0, -1.0], [2.0, 1.0]], trace["left"]["points"], trace["right"]["points"], path])
+    seen = np.clip(seen, (REACH[0], REACH[2]), (REACH[1], REACH[3]))
+    low, high = seen.min(axis=0) - 0.5, seen.max(axis=0) + 0.5
+    ratio = SCENE[2] * SIZE[0] / (SCENE[3] * SIZE[1])
+    width = max(high[0] - low[0], ratio * (high[1] - low[1]))
+    middle = 0.5 * (low + high)
+    half = np.array([0.5 * width, 0.5 * width / ratio])
+    (left, bottom), (right, top) = middle - half, middle + half
+    return float(left), float(right), float(bottom), float(top)
+
+
+def _draw_points(axes: Axes, trace: Mapping[str, Any]) -> None:
+    """Returns by side; dropped sections grey; remembered walls hollow."""
+    points, sections = trace["points"], trace["sections"]
+    colours = np.full(len(points), "#b4bcc4", dtype=object)
+    for i, (first, last, fate) in enumerate(zip(sections["first"], sections["last"], sections["fate"], strict=True)):
+        if fate == 0:
+            colours[first : last + 1] = RIGHT if i < trace["split"] else LEFT
+    for colour, size in (("#b4bcc4", 5), (RIGHT, 9), (LEFT, 9)):
+        chosen = colours == colour
+        axes.scatter(points[chosen][:, 0], points[chosen][:, 1], s=size, color=colour, linewidths=0, zorder=3)
+    for side, colour in (("left", LEFT), ("right", RIGHT)):
+        wall = trace[side]
+        old = wall["points"][wall["age"] > 0.0]
+        axes.scatter(old[:, 0], old[:, 1], s=26, facecolors="none", edgecolors=colour, linewidths=0.9, zorder=3)
+
+
+def _draw_line(axes: Axes, trace: Mapping[str, Any]) -> None:
+    """Width pairs and the centerline, then what smoothing and simplification made of it."""
+    line = trace["line"]
+    both = line["support"] == BOTH
+    pairs = np.stack([line["right"][both], line["left"][both]], axis=1)
+    axes.add_collection(LineCollection(list(pairs[::2]), colors="#8fa3b3", linewidths=0.6, alpha=0.75, zorder=2))
+    axes.plot(*line["points"].T, color=LINE, linewidth=1.0, zorder=4)
+    for side, wanted in (("left", 2), ("right", 1)):
+        alone = line["support"] == wanted
+        axes.scatter(
+            line["points"][alone][:, 0],
+            line["points"][alone][:, 1],
+            s=12,
+            color=LEFT if side == "left" else RIGHT,
+            zorder=4,
+            linewidths=0,
+        )
+    axes.scatter(line["points"][both][:, 0], line["points"][both][:, 1], s=9, color=LINE, zorder=4, linewidths=0)
+    axes.plot(*trace["smoothed"].T, color=INK, linewidth=0.8, linestyle=(0, (4, 2)), zorder=5)
+    axes.scatter(
+        trace["simplified"][:, 0],
+        trace["simplified"][:, 1],
+        s=30,
+        facecolors=PAPER,
+        edgecolors=INK,
+        linewidths=1.1,
+        zorder=7,
+    )
+
+
+def _draw_path(axes: Axes, trace: Mapping[str, Any]) -> None:
+    path = trace["path"]
+    if len(path["s"]) < 2:
+        return
+    line = coloured_line(axes, path["x"], path["y"], path["velocity"], 4.5, zorder=6, alpha=0.9)
+    bar = axes.inset_axes((0.77, 0.945, 0.2, 0.018))
+    bar.set_zorder(20)
+    scale = axes.figure.colorbar(line, cax=bar, orientation="horizontal")
+    scale.ax.tick_params(labelsize=8, colors=INK, length=2)
+    scale.ax.set_title("planned speed [m/s]", fontsize=9, color=INK, pad=3)
+    scale.outline.set_visible(False)
+    ahead = trace["lookahead"]
+    axes.plot(ahead["x"], ahead["y"], "o", markersize=13, markerfacecolor="none", markeredgecolor=PATH,
+              markeredgewidth=2.4, zorder=10)  # fmt: skip
+    reach = 0.7
+    axes.annotate(
+        "",
+        xy=(ahead["x"] + reach * math.cos(ahead["yaw"]), ahead["y"] + reach * math.sin(ahead["yaw"])),
+        xytext=(ahead["x"], ahead["y"]),
+        arrowprops={"arrowstyle": "-|>", "color": PATH, "linewidth": 1.8, "shrinkA": 7},
+        zorder=10,
+    )
+
+
+def _draw_car(axes: Axes, car: Mapping[str, float], measured: float, commanded: float) -> None:
+    """Outline, wheels at the measured angle, the commanded angle as an arrow from the front axle."""
+    rear, length, width, wheelbase = -car["rear_overhang"], car["length"], car["width"], car["wheelbase"]
+    axes.add_patch(
+        Rectangle((rear, -width / 2), length, width, facecolor="#ffffffd0", edgecolor=INK, linewidth=1.6, zorder=8)
+    )
+    for x, angle in ((0.0, 0.0), (wheelbase, measured)):
+        for side in (-1.0, 1.0):
+            axes.add_patch(_wheel(x, side * (width / 2 - 0.03), angle))
+    axes.plot(car["laser_x"], 0.0, "o", markersize=3.5, color=INK, zorder=9)
+    tip = (wheelbase + 0.75 * math.cos(commanded), 0.75 * math.sin(commanded))
+    axes.annotate("", xy=tip, xytext=(wheelbase, 0.0),
+                  arrowprops={"arrowstyle": "-|>", "color": INK, "linewidth": 1.4}, zorder=9)  # fmt: skip
+
+
+def _wheel(x: float, y: float, angle: float) -> Polygon:
+    corners = np.array([[-0.055, -0.022], [0.055, -0.022], [0.055, 0.022], [-0.055, 0.022]])
+    c, s = math.cos(angle), math.sin(angle)
+    return Polygon(corners @ np.array([[c, s], [-s, c]]) + (x, y), closed=True, facecolor=INK, zorder=9)
+
+
+def _draw_legend(axes: Axes, moment: Moment) -> None:
+    def dot(colour: str, label: str, **options: Any) -> Line2D:
+        return Line2D([], [], marker="o", linestyle="none", color=colour, label=label, **{"markersize": 4, **options})
+
+    def stroke(colour: str, label: str, **options: Any) -> Line2D:
+        return Line2D([], [], color=colour, label=label, **options)
+
+    entries = [
+        dot(LEFT, "left wall"),
+        dot(RIGHT, "right wall"),
+        dot("#b4bcc4", "dropped"),
+        dot(INK, "remembered", markerfacecolor="none", markersize=5),
+        stroke("#8fa3b3", "width pairs", linewidth=0.9),
+        stroke(LINE, "centerline", linewidth=1.2, marker="o", markersize=3),
+        stroke(INK, "smoothed, joined to the car", linewidth=0.9, linestyle=(0, (4, 2))),
+        dot(INK, "kept by Opheim", markerfacecolor=PAPER, markersize=5.5),
+        stroke("#1ae4b6", "spline, by speed", linewidth=4),
+        dot(PATH, "lookahead point", markerfacecolor="none", markersize=8, markeredgewidth=1.8),
+    ]
+    if moment.walls:
+        entries.append(stroke("#c4ccd3", "true walls", linewidth=4))
+    axes.legend(
+        handles=entries,
+        loc="upper center",
+        bbox_to_anchor=(0.5, -0.025),
+        ncols=6,
+        frameon=False,
+        fontsize=9.5,
+        labelcolor=INK,
+        handlelength=1.8,
+        columnspacing=1.6,
+    )
+
+
+def _draw_terms(axes: Axes, moment: Moment) -> None:
+    """The four terms of the steering angle and their sum, in degrees."""
+    terms = moment.trace["steering"]
+    limit = math.degrees(moment.params["car"]["steering_limit"])
+    errors = {
+        "heading": f"Δψ {math.degrees(terms['heading_error']):+.1f}°",
+        "cross_track": f"Δd {terms['cross_track_error']:+.2f} m",
+        "yaw_rate": f"Δr {terms['yaw_rate_error']:+.2f} rad/s",
+        "steering": f"Δδ {math.degrees(terms['steering_change']):+.1f}°",
+    }
+    values = [math.degrees(terms[key]) for key, _, _ in TERMS] + [math.degrees(terms["steering_angle"])]
+    reach = max(6.0, *(abs(value) for value in values)) * 1.6
+    for row, value in enumerate(values):
+        last = row == len(values) - 1
+        axes.barh(row, value, height=0.58, color=INK if last else PATH, alpha=0.9, zorder=3)
+        shift = 0.02 * reach * (1 if value >= 0 else -1)
+        # The axis runs leftwards, as the car steers: text beyond a positive bar ends where the bar does.
+        side = "right" if value >= 0 else "left"
+        axes.text(value + shift, row, f"{value:+.2f}°", va="center", ha=side, fontsize=10, color=INK, zorder=4)
+    axes.axhline(len(values) - 1.5, color="#d5dade", linewidth=0.8)
+    axes.axvline(0.0, color=INK, linewidth=0.8, zorder=2)
+    for sign in (-1, 1) if limit < reach else ():
+        axes.axvline(sign * limit, color=BAD, linewidth=0.8, linestyle=(0, (2, 2)), zorder=1)
+    axes.set_xlim(reach, -reach)
+    axes.set_ylim(len(values) - 0.4, -0.6)
+    labels = [f"{name}\n{errors[key]}" for key, name, _ in TERMS] + ["sum"]
+    axes.set_yticks(range(len(values)), labels, fontsize=9.5, color=INK)
+    axes.tick_params(length=0, labelsize=9.5, colors=INK)
+    axes.set_xticks([])
+    for spine in axes.spines.values():
+        spine.set_visible(False)
+    title = f"steering angle: left ← → right   L {terms['lookahead']:.2f} m   k_ang {terms['k_ang']:.2f}"
+    axes.set_title(title, fontsize=10.5, color=INK, loc="right", pad=8)
+
+
+def _draw_profile(axes: Axes, moment: Moment) -> None:
+    """The planned speed over the way ahead, with what limits it."""
+    path = moment.trace["path"]
+    limits = moment.params["velocity_profile"]
+    axes.set_title("speed along the path [m/s]", fontsize=11, color=INK, loc="left", pad=8)
+    axes.tick_params(colors=INK, labelsize=9.5)
+    for name, spine in axes.spines.items():
+        spine.set_visible(name in ("left", "bottom"))
+        spine.set_color(FAINT)
+    axes.set_xlabel("metres ahead of the front axle", fontsize=9.5, color=INK)
+    if len(path["s"]) < 2:
+        axes.text(0.5, 0.5, "no path", transform=axes.transAxes, ha="center", fontsize=14, color=BAD)
+        return
+    s = path["s"] - path["s"][moment.trace["nearest"]]
+    grip = np.sqrt(limits["a_y_max"] / np.maximum(np.abs(path["curvature"]), 1e-4))
+    top = max(float(path["velocity"].max()), moment.speed, limits["v_min"]) * 1.25
+    axes.fill_between(s, grip, 1e3, color="#f6dedc", linewidth=0, zorder=1)
+    axes.plot(s, grip, color=BAD, linewidth=1.0, zorder=2, label="√(a_y / |κ|)")
+    for name in ("v_min", "v_max"):
+        if limits[name] < top:
+            axes.axhline(limits[name], color=FAINT, linewidth=0.9, linestyle=(0, (4, 2)), zorder=2)
+            axes.text(s[-1], limits[name], name, fontsize=9, color=INK, va="bottom", ha="right")
+    coloured_line(axes, s, path["velocity"], path["velocity"], 3.5, zorder=4)
+    axes.plot(0.0, moment.speed, "o", color=INK, markersize=6, zorder=5)
+    axes.annotate("measured", (0.0, moment.speed), textcoords="offset points", xytext=(-7, 7), fontsize=9, color=INK,
+                  ha="right")  # fmt: skip
+    preview = max(moment.speed, 0.0) * limits["preview_time"]
+    command = moment.trace["result"][0]
+    axes.plot(preview, command, "D", color=PATH, markersize=6, zorder=6)
+    axes.annotate("command", (preview, command), textcoords="offset points", xytext=(8, -12), fontsize=9, color=PATH)
+    ahead = moment.trace["lookahead"]["s"] - path["s"][moment.trace["nearest"]]
+    axes.axvline(ahead, color=PATH, linewidth=0.9, linestyle=(0, (2, 2)), zorder=2)
+    axes.set_xlim(float(s[0]), float(s[-1]))
+    axes.set_ylim(0.0, top)
+    axes.legend(loc="lower right", frameon=False, fontsize=9, labelcolor=INK)

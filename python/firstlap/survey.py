@@ -1,0 +1,129 @@
+"""Many races at once: how a user learns whether a setup is safe."""
+
+from __future__ import annotations
+
+import os
+import statistics
+import threading
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from dataclasses import dataclass, field
+from typing import Any
+
+from firstlap import _core
+from firstlap.car_file import Car
+from firstlap.race import RaceResult, race
+from firstlap.setup_file import Setup
+from firstlap.tracks.track import Track
+
+
+@dataclass(frozen=True)
+class Run:
+    """One race to drive."""
+
+    spec: str
+    track: Track
+    reverse: bool
+    seed: int
+
+
+@dataclass
+class TrackSummary:
+    """What the races on one track came to."""
+
+    spec: str
+    length: float
+    results: list[RaceResult] = field(default_factory=list)
+
+    def to_dict(self) -> dict[str, Any]:
+        """runs, finished, success_rate, best and median lap [s], min_clearance [m], failures."""
+        ordered = sorted(self.results, key=lambda result: (result.direction, result.seed))
+        finished = [result for result in ordered if result.finished]
+        flying = [lap.time for result in finished for lap in result.laps if not lap.standing]
+        laps = flying or [lap.time for result in finished for lap in result.laps]
+        clearances = [lap.min_clearance for result in ordered for lap in result.laps]
+        return {
+            "track": self.spec,
+            "track_length": round(self.length, 6),
+            "runs": len(ordered),
+            "finished": len(finished),
+            "success_rate": len(finished) / len(ordered) if ordered else None,
+            "best": min(laps, default=None),
+            "median": statistics.median(laps) if laps else None,
+            "min_clearance": 0.0 if any(r.contact for r in ordered) else min(clearances, default=None),
+            "failures": [
+                {
+                    "direction": result.direction,
+                    "seed": result.seed,
+                    "outcome": result.outcome,
+                    "laps": len(result.laps),
+                    "time": result.time,
+                    "s": float(result.path["s"][-1]) if len(result.path["s"]) else 0.0,
+                }
+                for result in ordered
+                if not result.finished
+            ],
+        }
+
+
+class InterruptedSurveyError(Exception):
+    """The races were stopped from outside."""
+
+
+class Survey:
+    """Every track, direction and seed with one setup, on all cores. The core races without the GIL."""
+
+    def __init__(self, setup: Setup, car: Car, laps: int) -> None:
+        self.setup = setup
+        self.car = car
+        self.laps = laps
+        self.summaries: dict[str, TrackSummary] = {}
+        self._stop = threading.Event()
+
+    def drive(self, runs: Iterable[Run], done: Callable[[Run, RaceResult], object] | None = None) -> None:
+        """Drives all runs; `done` is called in this thread after each. Interrupted: what was finished stands."""
+        pool = ThreadPoolExecutor(max_workers=os.cpu_count())
+        try:
+            futures = {}
+            for run in runs:
+                self.summaries.setdefault(run.spec, TrackSummary(run.spec, run.track.length))
+                futures[pool.submit(self._race, run)] = run
+            for future in as_completed(futures):
+                run = futures[future]
+                self.summaries[run.spec].results.append(future.result())
+                if done:
+                    done(run, future.result())
+        finally:
+            self._stop.set()
+            pool.shutdown(wait=True, cancel_futures=True)
+
+    def _race(self, run: Run) -> RaceResult:
+        return race(
+            run.track,
+            self.setup,
+            self.car,
+            laps=self.laps,
+            seed=run.seed,
+            reverse=run.reverse,
+            look=self._look,
+        )
+
+    def _look(self, _running: _core.Race) -> None:
+        if self._stop.is_set():
+            raise InterruptedSurveyError
+
+    def to_dict(self) -> dict[str, Any]:
+        """As `firstlap survey --json` prints it."""
+        tracks = [summary.to_dict() for summary in self.summaries.values()]
+        runs = sum(track["runs"] for track in tracks)
+        finished = sum(track["finished"] for track in tracks)
+        return {
+            "setup": self.setup.name,
+            "set": {f"{section}.{name}": value for (section, name), value in self.setup.changed.items()},
+            "car": self.car.name,
+            "laps": self.laps,
+            "runs": runs,
+            "finished": finished,
+            "success_rate": finished / runs if runs else None,
+            "tracks": tracks,
+        }

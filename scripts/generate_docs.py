@@ -1,0 +1,102 @@
+"""Writes the generated pages: docs/parameters.md and the types of the extension. With --check: compares only."""
+
+from __future__ import annotations
+
+import argparse
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from firstlap.car_file import CAR_FIELDS
+from firstlap.parameters import Field, FieldTable
+from firstlap.race import OPTION_FIELDS
+from firstlap.setup_file import SETUP_FIELDS
+
+ROOT = Path(__file__).resolve().parents[1]
+HEAD = """<!-- Written by `make docs` from the field tables in cpp/firstlap. Do not edit. -->
+
+# Parameters
+
+A default stands in one place, its C++ struct; this page, the readers of the YAML files, the bindings and the checks
+loop over the tables beside those structs.
+"""
+
+
+def table(fields: list[Field]) -> str:
+    """One Markdown table."""
+    lines = ["| name | default | range | unit | what |", "|---|---|---|---|---|"]
+    for field in fields:
+        default = str(field.default).lower() if field.type == "bool" else f"{field.default:g}"
+        allowed = "true, false" if field.type == "bool" else f"{field.min:g} to {field.max:g}"
+        unit = field.unit.replace("^2", "²")
+        lines.append(f"| `{field.name}` | {default} | {allowed} | {unit} | {field.doc.replace('|', '/')} |")
+    return "\n".join(lines)
+
+
+def chapter(title: str, text: str, fields: FieldTable) -> str:
+    """One kind of file."""
+    parts = [f"## {title}\n\n{text}"]
+    for section in fields.sections:
+        rows = [field for field in fields.fields if field.section == section]
+        parts += [f"### {section}\n\n{table(rows)}"]
+    return "\n\n".join(parts)
+
+
+def parameters() -> str:
+    """docs/parameters.md"""
+    return (
+        "\n".join(
+            [
+                HEAD,
+                chapter(
+                    "Setups",
+                    "Sections of a setup file (`--setup FILE`). Any of these names also works with `--set NAME=VALUE`.",
+                    SETUP_FIELDS,
+                ),
+                "",
+                chapter(
+                    "Cars",
+                    "Sections of a car file (`--car FILE`). What it leaves out is the default car's, as listed.",
+                    CAR_FIELDS,
+                ),
+                "",
+                chapter("Races", "Options of `firstlap.race(..., options={...})`.", OPTION_FIELDS),
+            ]
+        )
+        + "\n"
+    )
+
+
+def stub() -> str:
+    """python/firstlap/_core.pyi"""
+    with tempfile.TemporaryDirectory() as folder:
+        output = Path(folder) / "_core.pyi"
+        command = [sys.executable, "-m", "nanobind.stubgen", "-q", "-m", "firstlap._core", "-o", str(output)]
+        subprocess.run(command, check=True)
+        return output.read_text(encoding="utf-8")
+
+
+def main() -> int:
+    """Writes or, with --check, compares; 1 where a page is out of date."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--check", action="store_true")
+    check = parser.parse_args().check
+    stale = 0
+    for path, text in (
+        (ROOT / "docs/parameters.md", parameters()),
+        (ROOT / "python/firstlap/_core.pyi", stub()),
+    ):
+        if path.is_file() and path.read_text(encoding="utf-8") == text:
+            continue
+        if check:
+            print(f"{path.relative_to(ROOT)} is out of date: make docs", file=sys.stderr)
+            stale = 1
+        else:
+            path.parent.mkdir(exist_ok=True)
+            path.write_text(text, encoding="utf-8")
+    return stale
+
+
+if __name__ == "__main__":
+    sys.exit(main())

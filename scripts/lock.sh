@@ -1,0 +1,18 @@
+#!/bin/sh
+# Renews requirements/*.txt: one version of every package for Python 3.10 and newer, with hashes and
+# without addresses of a registry. Run it after a change of the dependencies in pyproject.toml.
+set -eu
+cd "$(dirname "$0")/.."
+
+compile() {
+  output="$1"; shift
+  .venv/bin/python -m uv pip compile --quiet --universal --python-version 3.10 --generate-hashes \
+    --no-emit-index-url --no-emit-find-links --custom-compile-command scripts/lock.sh \
+    --output-file "$output" "$@"
+}
+
+compile requirements/run.txt pyproject.toml --group pyproject.toml:build "$@"
+compile requirements/dev.txt pyproject.toml --group pyproject.toml:build --group pyproject.toml:test \
+  --group pyproject.toml:lint --constraints requirements/run.txt "$@"
+compile requirements/fuzz.txt --group pyproject.toml:fuzz "$@"
+echo uv | compile requirements/uv.txt - "$@"
