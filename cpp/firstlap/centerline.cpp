@@ -161,7 +161,8 @@ class Tracer {
       unsupported = look.support == Support::none ? unsupported + params_.spacing : 0.0;
       if (unsupported > width_) return LineEnd::unseen;
       if (std::min(look.right, look.left) < half_car_) return LineEnd::narrow;
-      if (direction > 0.0 && runs_against_trail(x, y, hx, hy, s)) return LineEnd::turns_back;
+      if (direction > 0.0 && (runs_against_trail(x, y, hx, hy, s) || meets_itself(out, x, y)))
+        return LineEnd::turns_back;
       const bool pair = look.support == Support::both;
       if (pair)
         width.observe(look.right + look.left);
@@ -198,6 +199,16 @@ class Tracer {
     const double nx = c * hx - s * hy;
     hy = s * hx + c * hy;
     hx = nx;
+  }
+
+  // A line round the end of a wall may come back to where it began.
+  [[nodiscard]] bool meets_itself(const Buffer<CenterlinePoint>& line, double x, double y) const noexcept {
+    constexpr double apart = 2.0;  // [m] along the line
+    const double near = 0.3 * width_;
+    const auto latest = static_cast<std::size_t>(apart / params_.spacing);
+    for (std::size_t i = 0; i + latest < line.size(); i += 2)
+      if (norm(x - line[i].x, y - line[i].y) < near) return true;
+    return false;
   }
 
   [[nodiscard]] bool runs_against_trail(double x, double y, double hx, double hy, double s) const noexcept {

@@ -204,13 +204,7 @@ void sample_sections(const Buffer<ScanPoint>& points, const Buffer<Section>& sec
 
 void vote_by_past(const WallsSeen& before, const Buffer<TrajectoryPoint>& path, const SegmentationParams& params,
                   Buffer<SectionSample>& samples) noexcept {
-  for (std::size_t i = 0; i < samples.size(); ++i) {
-    SectionSample& sample = samples[i];
-    // Every second sample is asked; its neighbour was the same wall before, too.
-    if (i % 2 == 1 && samples[i - 1].section == sample.section) {
-      sample.vote = samples[i - 1].vote;
-      continue;
-    }
+  for (SectionSample& sample : samples) {
     const double left = nearest_sample(before.left, sample.x, sample.y).distance;
     const double right = nearest_sample(before.right, sample.x, sample.y).distance;
     if (std::min(left, right) < params.past_radius)
@@ -234,6 +228,7 @@ Candidates rank_splits(const Buffer<ScanPoint>& points, const Buffer<Section>& s
     votes += std::abs(sample.vote);
     wrong += sample.vote < 0 ? 1.0 : 0.0;
   }
+  const double right_before = wrong;
   const double gap_needed = passable_gap(width, params);
   const auto consider = [&](std::size_t split, double depth) {
     const double share = votes > 0.0 ? wrong / votes : 0.0;
@@ -257,10 +252,17 @@ Candidates rank_splits(const Buffer<ScanPoint>& points, const Buffer<Section>& s
     for (; sample < samples.size() && samples[sample].section <= i; ++sample) wrong += samples[sample].vote;
     if (sections[i].fate == Fate::kept) before = &sections[i];
   }
+  if (before == nullptr) return best;
   const ScanPoint& end = points[before->last];
   if (end.y < 0.0 || votes > 0.0) consider(n, params.one_sided_score * end.range);
   // A single wall that runs from one side round to the other is that of the side where it begins.
   if (best.count == 0) consider(n, params.one_sided_score * end.range);
+  // One wall that is beside the car on both sides, and was both sides before, is a dead end.
+  constexpr double both = 0.3;  // share of it that was the other side
+  const bool around = start.y < 0.0 && end.y > 0.0 && start.x < car.laser_x && end.x < car.laser_x;
+  const double left_before = votes - right_before;
+  if (around && before == &sections[first] && (votes == 0.0 || std::min(right_before, left_before) > both * votes))
+    best.count = 0;
   return best;
 }
 

@@ -21,34 +21,47 @@ bool is_hidden(double x, double y, const BeamTable& table, const Buffer<float>& 
   return seen == 0.0F || static_cast<double>(seen) < norm(x, y) - clear;
 }
 
-// Marks the sample as a visible end, the wall coming from `inner`, unless the wall of this scan goes on there.
-void mark_end(const WallSide& seen, std::size_t seen_count, std::size_t end, std::size_t inner,
-              WallSide& side) noexcept {
-  constexpr double joined = 0.4;  // [m]
+// True where one of the first `count` samples is within `distance` [m] of p.
+bool is_near(const WallSide& side, std::size_t count, Point2 p, double distance) noexcept {
+  for (std::size_t i = 0; i < count; ++i)
+    if (norm(side.at(i).x - p.x, side.at(i).y - p.y) < distance) return true;
+  return false;
+}
+
+// Marks sample `end` as a visible end, the wall coming from `inner`, unless the wall of this scan goes on there.
+void mark_end(std::size_t end, std::size_t inner, WallSide& side) noexcept {
+  constexpr double joined = 0.5;  // [m]
   const Point2 e = side.at(end);
-  for (std::size_t i = 0; i < seen_count; ++i)
-    if (norm(seen.at(i).x - e.x, seen.at(i).y - e.y) < joined) return;
+  if (is_near(side, side.seen, e, joined)) return;
   const Point2 from = side.at(inner);
   const double length = norm(e.x - from.x, e.y - from.y);
   if (length > 1e-6) side.outward[end] = {(e.x - from.x) / length, (e.y - from.y) / length};
 }
 
+// Along the right wall the scan runs from behind the car forwards, so what went out of sight before comes
+// first; along the left wall it is the other way round.
 void recall_side(const WallSide& before, const BeamTable& table, const Buffer<float>& ranges, const CarGeometry& car,
-                 double memory_time, WallSide& side) noexcept {
+                 double memory_time, bool oldest_first, WallSide& side) noexcept {
   constexpr double reach = 3.0;    // [m] what is further behind serves nobody
   constexpr double one_run = 0.5;  // [m] samples this near to each other are one wall
-  const std::size_t seen_count = side.size();
-  std::size_t run = seen_count;  // first sample of the run at hand
+  constexpr double same = 0.3;     // [m] nearer to a wall that is seen, it is no news
+  side.seen = side.size();
+  const std::size_t first = oldest_first ? before.seen : 0;
+  std::size_t run = side.seen;  // first sample of the run at hand
   const auto close_run = [&] {
+    if (side.size() == run) return;
+    if (side.size() == run + 1) side.outward[run] = {1.0, 0.0};  // one sample tells nothing of what is ahead
     if (side.size() < run + 2) return;
     const std::size_t last = side.size() - 1;
-    mark_end(side, seen_count, run, std::min(last, run + 2), side);
-    mark_end(side, seen_count, last, last >= run + 2 ? last - 2 : run, side);
+    mark_end(run, std::min(last, run + 2), side);
+    mark_end(last, last >= run + 2 ? last - 2 : run, side);
   };
-  for (std::size_t i = 0; i < before.size(); ++i) {
+  for (std::size_t k = 0; k < before.size(); ++k) {
+    const std::size_t i = (first + k) % before.size();
     const Point2 p = before.at(i);
     if (static_cast<double>(before.age[i]) > memory_time || p.x < -reach) continue;
     if (!is_hidden(p.x - car.laser_x, p.y, table, ranges)) continue;
+    if (is_near(side, side.seen, p, same)) continue;
     if (side.size() > run && norm(p.x - side.at(side.size() - 1).x, p.y - side.at(side.size() - 1).y) > one_run) {
       close_run();
       run = side.size();
@@ -68,8 +81,8 @@ void ranges_by_beam(const Buffer<ScanPoint>& points, std::size_t beams, Buffer<f
 
 void recall_hidden(const WallsSeen& before, const BeamTable& table, const Buffer<float>& ranges, const CarGeometry& car,
                    double memory_time, WallsSeen& walls) noexcept {
-  recall_side(before.left, table, ranges, car, memory_time, walls.left);
-  recall_side(before.right, table, ranges, car, memory_time, walls.right);
+  recall_side(before.left, table, ranges, car, memory_time, false, walls.left);
+  recall_side(before.right, table, ranges, car, memory_time, true, walls.right);
 }
 
 }  // namespace firstlap

@@ -29,6 +29,7 @@ void WallSide::clear() noexcept {
   y.clear();
   outward.clear();
   age.clear();
+  seen = 0;
 }
 
 void WallSide::push(double px, double py, Point2 out, float seen_before) noexcept {

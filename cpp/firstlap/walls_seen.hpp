@@ -17,6 +17,7 @@ struct WallSide {
   Buffer<float> y;         // [m] base_link
   Buffer<Point2> outward;  // unit vector along the wall out of sight, at a visible end; else zero
   Buffer<float> age;       // [s] since it was seen; 0: in this scan
+  std::size_t seen = 0;    // the first samples are of this scan, the others remembered
 
   [[nodiscard]] std::size_t size() const noexcept { return x.size(); }
   [[nodiscard]] Point2 at(std::size_t i) const noexcept {
