@@ -48,8 +48,8 @@ def plot_moment(moment: Moment, path: str | Path) -> None:
 
 def _write_head(figure: Figure, moment: Moment) -> None:
     speed, angle, status = moment.trace["result"]
-    figure.text(0.02, 0.962, moment.title, fontsize=19, fontweight="bold", color=INK, va="center")
-    figure.text(0.02, 0.928, moment.subtitle, fontsize=10.5, color=INK, va="center")
+    figure.text(0.02, 0.962, moment.title, fontsize=19, fontweight="bold", color=INK, va="center", parse_math=False)
+    figure.text(0.02, 0.928, moment.subtitle, fontsize=10.5, color=INK, va="center", parse_math=False)
     colour = GOOD if status == "ok" and not moment.outcome else BAD
     said = status.replace("_", " ") + (f", then {moment.outcome}" if moment.outcome else "")
     figure.text(0.69, 0.955, said, fontsize=17, fontweight="bold", color=colour, va="center")

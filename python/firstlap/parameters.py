@@ -8,8 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from firstlap.errors import InputError
 from firstlap.tracks.map_header import parse_mapping, read_text
 
@@ -100,7 +98,6 @@ class FieldTable:
         if not any(line.split("#")[0].strip(" \t\r-.") for line in text.splitlines()):
             raise InputError(f"{where}: nothing but comments; expected sections ({', '.join(self.sections)})")
         data = parse_mapping(text, where)
-        _refuse_duplicates(text, where)
         values: Values = {}
         for section, content in data.items():
             if section not in self.sections:
@@ -135,20 +132,3 @@ def _number(value: object) -> float | None:
     except (ValueError, OverflowError):
         return None
     return number if abs(number) < float("inf") else None
-
-
-def _refuse_duplicates(text: str, where: str) -> None:
-    """Raises InputError where a key stands twice in one mapping, of which YAML readers silently drop one."""
-    pending = [yaml.compose(text, Loader=yaml.SafeLoader)]
-    while pending:
-        node = pending.pop()
-        if not isinstance(node, yaml.MappingNode):
-            continue
-        seen: set[str] = set()
-        for key, value in node.value:
-            if isinstance(key, yaml.ScalarNode):
-                if key.value in seen:
-                    line = key.start_mark.line + 1
-                    raise InputError(f"{where}, line {line}: '{key.value[:60]}' stands here for the second time")
-                seen.add(key.value)
-            pending.append(value)

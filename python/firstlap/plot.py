@@ -152,13 +152,15 @@ def plot_race(result: RaceResult, path: str | Path) -> None:
 def _write_labels(figure: Figure, result: RaceResult, height: float) -> None:
     track = result.track
     name = Path(track.name).stem if "/" in track.name else track.name
-    figure.text(0.03, 1.0 - 0.42 / height, name, fontsize=19, fontweight="bold", color=INK, va="center")
+    figure.text(
+        0.03, 1.0 - 0.42 / height, name, fontsize=19, fontweight="bold", color=INK, va="center", parse_math=False
+    )
     direction = "" if result.direction == "forward" else ", reverse"
     details = (
         f"{track.length:.1f} m{direction}   ·   setup {result.setup.name}   ·   car {result.car.name}"
         f"   ·   seed {result.seed}   ·   {result.outcome.replace('_', ' ')}"
     )
-    figure.text(0.97, 1.0 - 0.42 / height, details, fontsize=11, color=INK, va="center", ha="right")
+    figure.text(0.97, 1.0 - 0.42 / height, details, fontsize=11, color=INK, va="center", ha="right", parse_math=False)
     laps = result.laps[:8]
     for row, lap in enumerate(laps):
         best = lap.time == result.best

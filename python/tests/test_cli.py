@@ -265,3 +265,31 @@ def test_make_targets_of_the_documents_exist():
 
 def test_generated_pages_are_current():
     subprocess.run([sys.executable, ROOT / "scripts" / "generate_docs.py", "--check"], check=True)
+
+
+def test_a_key_that_stands_twice_in_a_track_is_refused(cli, tmp_path):
+    track = tmp_path / "twice.yaml"
+    track.write_text("name: a\nname: b\n")
+    said = cli("race", track)
+    assert said.code == 2
+    assert "'name' stands here for the second time" in said.err
+
+
+def test_brackets_without_end_are_refused_at_once(cli, tmp_path):
+    setup = tmp_path / "nested.yaml"
+    setup.write_text("[" * 20_000)
+    said = cli("check", setup)
+    assert said.code == 2
+    assert "nested" in said.err
+
+
+def test_a_track_may_be_named_like_markup_or_mathematics(cli, tmp_path):
+    lines = (ROOT / "tracks" / "oval.yaml").read_text().splitlines()
+    named = ["name: '[bold]x[/foo] $a_{ $'" if line.startswith("name:") else line for line in lines]
+    track = tmp_path / "odd.yaml"
+    track.write_text("\n".join(named))
+    picture = tmp_path / "a[red].png"
+    said = cli("race", track, "--laps", 1, "--plot", picture)
+    assert said.code == 0, said.err
+    assert "[bold]x[/foo]" in said.out
+    assert picture.exists()

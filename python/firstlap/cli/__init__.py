@@ -57,6 +57,8 @@ def run(arguments: list[str] | None = None) -> int:
         # Whoever read our output has gone: nothing to say, and nothing to flush at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 141
+    except OSError as error:
+        return fail(f"{error.filename or 'output'}: {error.strerror or error}", 2)
     except Exception as error:
         message = getattr(error, "format_message", None)
         if message is None:

@@ -26,7 +26,7 @@ SetOption = Annotated[
 ]
 CarOption = Annotated[str, typer.Option("--car", metavar="CAR", help="default, nuc2, gym or a YAML file.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
-LapsOption = Annotated[int, typer.Option("--laps", min=1, help="Laps to drive, the standing one included.")]
+LapsOption = Annotated[int, typer.Option("--laps", min=1, max=100_000, help="Laps to drive, with the standing one.")]
 
 
 def fail(message: str, code: int) -> int:

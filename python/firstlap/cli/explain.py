@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.markup import escape
 
 from firstlap.car_file import load_car
 from firstlap.cli.common import CarOption, SetOption, SetupOption, chosen_setup, console
@@ -45,5 +46,5 @@ def explain(
     out = console()
     if moment.outcome:
         out.print(f"[yellow]the race ended before that: {moment.outcome}; this is its last step[/]")
-    out.print(f"picture: {plot}", soft_wrap=True)
+    out.print(escape(f"picture: {plot}"), soft_wrap=True)
     return 0

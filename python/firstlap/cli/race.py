@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn
 from rich.table import Table
 
@@ -86,7 +87,9 @@ def _print(result: RaceResult, plot: Path | None) -> None:
     for remark in result.track.notes:
         note(remark)
     direction = "" if result.direction == "forward" else ", reverse"
-    table = Table(title=f"{result.track.name}, {result.track.length:.1f} m{direction}, setup {result.setup.name}")
+    table = Table(
+        title=escape(f"{result.track.name}, {result.track.length:.1f} m{direction}, setup {result.setup.name}")
+    )
     for heading in ("lap", "time s", "mean m/s", "top m/s", "clearance m", ""):
         table.add_column(heading, justify="right")
     for number, lap in enumerate(result.laps, start=1):
@@ -110,4 +113,4 @@ def _print(result: RaceResult, plot: Path | None) -> None:
     if compute["p50"] is not None:
         out.print(f"a step took {compute['p50']:.0f} µs (p50), {compute['p99']:.0f} µs (p99)")
     if plot:
-        out.print(f"picture: {plot}", soft_wrap=True)
+        out.print(escape(f"picture: {plot}"), soft_wrap=True)

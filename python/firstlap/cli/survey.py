@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Annotated, Any
 
 import typer
+from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
@@ -36,7 +37,7 @@ def survey(
     setup: SetupOption = "sure",
     changes: SetOption = None,
     laps: LapsOption = 3,
-    seeds: Annotated[int, typer.Option("--seeds", min=1, help="Seeds 1 to K for each track.")] = 3,
+    seeds: Annotated[int, typer.Option("--seeds", min=1, max=10_000, help="Seeds 1 to K for each track.")] = 3,
     both: Annotated[bool, typer.Option("--both", help="Both directions.")] = False,
     car: CarOption = "default",
     as_json: JsonOption = False,
@@ -105,7 +106,7 @@ def expand(tracks: list[str]) -> list[str]:
 
 def _print(found: dict[str, Any]) -> None:
     both = ", both directions" if found["both"] else ""
-    table = Table(title=f"setup {found['setup']}, {found['laps']} laps, {found['seeds']} seeds{both}")
+    table = Table(title=escape(f"setup {found['setup']}, {found['laps']} laps, {found['seeds']} seeds{both}"))
     table.add_column("track", overflow="fold")
     for heading in ("length m", "finished", "best s", "median s", "clearance m"):
         table.add_column(heading, justify="right")
@@ -113,7 +114,7 @@ def _print(found: dict[str, Any]) -> None:
     for row in found["tracks"]:
         style = "" if row["finished"] == row["runs"] else "red" if row["finished"] == 0 else "yellow"
         table.add_row(
-            row["track"],
+            escape(row["track"]),
             f"{row['track_length']:.1f}",
             f"{row['finished']}/{row['runs']}",
             _number(row["best"]),

@@ -52,8 +52,10 @@ def parse_mapping(text: str, where: str) -> dict[str, Any]:
     if len(text) > MAX_YAML_BYTES:
         raise InputError(f"{where}: larger than 1 MB; expected a YAML file of a few lines")
     try:
+        _refuse_nesting(text, where)
         if any(isinstance(token, yaml.AliasToken) for token in yaml.scan(text, Loader=yaml.SafeLoader)):
             raise InputError(f"{where}: YAML aliases (*name) are not read; write the values out")
+        _refuse_duplicates(text, where)
         data = yaml.safe_load(text)
     except InputError:
         raise
@@ -73,6 +75,33 @@ def parse_mapping(text: str, where: str) -> dict[str, Any]:
     if not isinstance(data, dict):
         raise InputError(f"{where}: expected 'key: value' lines, found {type(data).__name__}")
     return data
+
+
+def _refuse_nesting(text: str, where: str) -> None:
+    """Raises InputError where brackets are opened deeper than any file of ours: PyYAML takes minutes over them."""
+    deepest = 20
+    depth = 0
+    for character in text:
+        depth += (character in "[{") - (character in "]}")
+        if depth > deepest:
+            raise InputError(f"{where}: brackets nested more than {deepest} deep; expected plain lists of numbers")
+
+
+def _refuse_duplicates(text: str, where: str) -> None:
+    """Raises InputError where a key stands twice in one mapping, of which YAML readers silently drop one."""
+    pending = [yaml.compose(text, Loader=yaml.SafeLoader)]
+    while pending:
+        node = pending.pop()
+        if not isinstance(node, yaml.MappingNode):
+            continue
+        seen: set[str] = set()
+        for key, value in node.value:
+            if isinstance(key, yaml.ScalarNode):
+                if key.value in seen:
+                    line = key.start_mark.line + 1
+                    raise InputError(f"{where}, line {line}: '{key.value[:60]}' stands here for the second time")
+                seen.add(key.value)
+            pending.append(value)
 
 
 def parse_ros_map_yaml(text: str, where: str) -> MapHeader:
