@@ -34,6 +34,10 @@ class Buffer {
     return true;
   }
   void clear() noexcept { size_ = 0; }
+  void fill(std::size_t size, const T& item) noexcept {
+    size_ = std::min(size, items_.size());
+    std::fill_n(items_.begin(), size_, item);
+  }
   // Keeps the first `size` items.
   void shrink(std::size_t size) noexcept { size_ = std::min(size_, size); }
   void assign(std::span<const T> other) noexcept {

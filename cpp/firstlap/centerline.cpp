@@ -206,8 +206,11 @@ class Tracer {
     constexpr double apart = 2.0;  // [m] along the line
     const double near = 0.3 * width_;
     const auto latest = static_cast<std::size_t>(apart / params_.spacing);
-    for (std::size_t i = 0; i + latest < line.size(); i += 2)
-      if (norm(x - line[i].x, y - line[i].y) < near) return true;
+    for (std::size_t i = 0; i + latest < line.size(); i += 2) {
+      const double dx = x - line[i].x;
+      const double dy = y - line[i].y;
+      if (dx * dx + dy * dy < near * near) return true;
+    }
     return false;
   }
 

@@ -47,6 +47,7 @@ void scan_to_points(const LaserScan& scan, const BeamTable& table, const Vehicle
   const double body_front = car.length - car.rear_overhang + params.footprint_margin;
   const double body_back = -car.rear_overhang - params.footprint_margin;
   const double body_side = 0.5 * car.width + params.footprint_margin;
+  const double body_reach = car.length + car.width + std::abs(car.laser_x);  // no beam meets the body beyond it
   const double mask_cos = std::cos(params.mask_angle);
   const double beam_time = params.deskew ? scan.time_increment : 0.0;
   const std::size_t last = scan.ranges.size() - 1;
@@ -69,7 +70,7 @@ void scan_to_points(const LaserScan& scan, const BeamTable& table, const Vehicle
       y = py;
     }
     if (x < x_min) continue;
-    if (x < body_front && x > body_back && std::abs(y) < body_side) continue;
+    if (r < body_reach && x < body_front && x > body_back && std::abs(y) < body_side) continue;
     points.push({x, y, r, static_cast<int>(i)});
   }
 }

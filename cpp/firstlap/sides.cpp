@@ -204,11 +204,17 @@ void sample_sections(const Buffer<ScanPoint>& points, const Buffer<Section>& sec
 
 void vote_by_past(const WallsSeen& before, const Buffer<TrajectoryPoint>& path, const SegmentationParams& params,
                   Buffer<SectionSample>& samples) noexcept {
+  constexpr double same_wall = 0.1;  // [m]
   for (SectionSample& sample : samples) {
-    const double left = nearest_sample(before.left, sample.x, sample.y).distance;
-    const double right = nearest_sample(before.right, sample.x, sample.y).distance;
-    if (std::min(left, right) < params.past_radius)
-      sample.vote = left < right ? 1 : -1;
+    // Most often the wall is where it was: then the other side need not be asked.
+    const bool ask_left_first = sample.y > 0.0;
+    const auto distance_to = [&](bool left) {
+      return nearest_sample(left ? before.left : before.right, sample.x, sample.y).distance;
+    };
+    const double first = distance_to(ask_left_first);
+    const double second = first < same_wall ? 2.0 * same_wall : distance_to(!ask_left_first);
+    if (std::min(first, second) < params.past_radius)
+      sample.vote = (first < second) == ask_left_first ? 1 : -1;
     else
       sample.vote = side_of_path(path, sample.x, sample.y, params.path_radius);
   }

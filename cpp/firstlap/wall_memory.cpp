@@ -23,8 +23,11 @@ bool is_hidden(double x, double y, const BeamTable& table, const Buffer<float>& 
 
 // True where one of the first `count` samples is within `distance` [m] of p.
 bool is_near(const WallSide& side, std::size_t count, Point2 p, double distance) noexcept {
-  for (std::size_t i = 0; i < count; ++i)
-    if (norm(side.at(i).x - p.x, side.at(i).y - p.y) < distance) return true;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double dx = side.at(i).x - p.x;
+    const double dy = side.at(i).y - p.y;
+    if (dx * dx + dy * dy < distance * distance) return true;
+  }
   return false;
 }
 
@@ -74,8 +77,7 @@ void recall_side(const WallSide& before, const BeamTable& table, const Buffer<fl
 }  // namespace
 
 void ranges_by_beam(const Buffer<ScanPoint>& points, std::size_t beams, Buffer<float>& ranges) noexcept {
-  ranges.clear();
-  for (std::size_t i = 0; i < beams; ++i) ranges.push(0.0F);
+  ranges.fill(beams, 0.0F);
   for (const ScanPoint& p : points) ranges[static_cast<std::size_t>(p.beam)] = static_cast<float>(p.range);
 }
 
