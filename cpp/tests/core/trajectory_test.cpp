@@ -227,6 +227,24 @@ TEST(Path, the_nearest_point_is_the_nearest_of_all) {
 
 // The join to the car ---------------------------------------------------------------------------------
 
+TEST(Smoothing, between_walls_no_point_loses_more_room_than_the_margin_leaves) {
+  Buffer<CenterlinePoint> line(max_line_points);
+  for (int i = 0; i <= 20; ++i) line.push({0.15 * i, 0.0, 1.4, Support::both, {}, {}});
+  for (int i = 1; i <= 20; ++i) line.push({3.0, 0.15 * i, 1.4, Support::both, {}, {}});
+  TrajectoryParams params;
+  params.smoothing_iterations = 200;
+  params.smoothing_margin = 0.3;
+  const CarGeometry car;
+  const double room = 0.5 * 1.4 - 0.5 * car.width - params.smoothing_margin;
+  Buffer<Point2> points(max_line_points);
+  smooth_between_walls(line, car, params, points);
+  double furthest = 0.0;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    furthest = std::max(furthest, std::hypot(points[i].x - line[i].x, points[i].y - line[i].y));
+  EXPECT_LE(furthest, room + 1e-12);
+  EXPECT_GT(furthest, 0.9 * room);  // it does cut the corner, as far as it may
+}
+
 Buffer<Point2> straight_line(double y, double yaw) {
   Buffer<Point2> points(max_line_points);
   for (int i = -6; i < 60; ++i) points.push({0.33 + 0.15 * i * std::cos(yaw), y + 0.15 * i * std::sin(yaw)});
