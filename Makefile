@@ -23,7 +23,7 @@ cpp_sources := $(shell find cpp/firstlap python/bindings -name '*.?pp' -o -name 
 cpp_files = $(shell find cpp python/bindings -name '*.hpp' -o -name '*.cpp')
 seconds ?= 30
 
-.PHONY: help race test test-cpp test-python bench lint format docs pictures sanitize fuzz build dev clean
+.PHONY: help race test test-cpp test-python bench lint format docs pictures sanitize fuzz build extras dev clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -70,6 +70,8 @@ fuzz: .venv/.built .venv/.fuzz ## fuzz step, the map reader and the setup reader
 
 build: .venv/.built ## set up and build, nothing more
 
+extras: .venv/.built .venv/.extras ## also what the global driver and the tuner need
+
 dev: .venv/.built .venv/.dev ## also what tests and linters need
 
 clean: ## forget everything that was set up and built
@@ -88,6 +90,10 @@ clean: ## forget everything that was set up and built
 
 .venv/.dev: .venv/.run requirements/dev.txt
 	@scripts/setup.sh install requirements/dev.txt
+	@touch $@
+
+.venv/.extras: .venv/.run requirements/extras.txt
+	@scripts/setup.sh install requirements/extras.txt
 	@touch $@
 
 .venv/.fuzz: .venv/.run requirements/fuzz.txt

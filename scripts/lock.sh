@@ -12,7 +12,9 @@ compile() {
 }
 
 compile requirements/run.txt pyproject.toml --group pyproject.toml:build "$@"
-compile requirements/dev.txt pyproject.toml --group pyproject.toml:build --group pyproject.toml:test \
-  --group pyproject.toml:lint --constraints requirements/run.txt "$@"
+compile requirements/extras.txt pyproject.toml --all-extras --group pyproject.toml:build \
+  --constraints requirements/run.txt "$@"
+compile requirements/dev.txt pyproject.toml --all-extras --group pyproject.toml:build --group pyproject.toml:test \
+  --group pyproject.toml:lint --constraints requirements/extras.txt "$@"
 compile requirements/fuzz.txt --group pyproject.toml:fuzz "$@"
 echo uv | compile requirements/uv.txt - "$@"
