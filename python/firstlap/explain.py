@@ -1,4 +1,4 @@
-"""One step of the method, ready to be looked at."""
+"""One step of a driver, ready to be looked at."""
 
 from __future__ import annotations
 
@@ -12,9 +12,10 @@ import numpy.typing as npt
 
 from firstlap import _core
 from firstlap.car_file import Car
+from firstlap.drivers.registry import Preparation, driver_kind
 from firstlap.errors import InputError
 from firstlap.race import start_race
-from firstlap.racer import Racer
+from firstlap.racer import step_core
 from firstlap.setup_file import Setup
 from firstlap.tracks.track import Track
 
@@ -25,8 +26,10 @@ class Moment:
 
     title: str
     subtitle: str
+    driver: str
     trace: Mapping[str, Any]
     params: Mapping[str, Mapping[str, float]]
+    car: Mapping[str, float]
     speed: float
     yaw_rate: float
     steering_angle: float
@@ -46,8 +49,9 @@ def explain_race(track: Track, setup: Setup, car: Car, at: float, *, seed: int, 
         raise InputError(
             f"--at {at:g}: allowed is 0 to {furthest:.0f} m; a lap of {track.name} is {track.length:.1f} m"
         )
-    racer = Racer(setup, car)
-    running = start_race(track, racer, car, laps=int(at // track.length) + 2, seed=seed)
+    kind = driver_kind(setup.driver)
+    driver = kind.make(setup.params(car.core), car, kind.prepare(track, setup, car, seed, None))
+    running = start_race(track, driver, car, laps=int(at // track.length) + 2, seed=seed)
     going = running.advance()
     while going and _way(running) < at:
         going = running.advance()
@@ -56,10 +60,12 @@ def explain_race(track: Track, setup: Setup, car: Car, at: float, *, seed: int, 
     x, y, yaw = running.pose
     return Moment(
         title=f"{Path(track.name).stem if '/' in track.name else track.name}, {_way(running):.1f} m",
-        subtitle=f"{'reverse, ' if reverse else ''}setup {setup.name}, car {car.name}, seed {seed}, "
+        subtitle=f"{'reverse, ' if reverse else ''}{setup.title}, car {car.name}, seed {seed}, "
         f"{running.time:.2f} s after the start",
-        trace=racer.trace,
+        driver=setup.driver,
+        trace=driver.trace,
         params=setup.params(car.core).values(),
+        car=car.core.values()["geometry"],
         speed=measured["speed"],
         yaw_rate=measured["yaw_rate"],
         steering_angle=measured["steering_angle"],
@@ -92,11 +98,15 @@ def explain_scan(path: Path, setup: Setup, car: Car, index: int, speed: float) -
         raise InputError(f"{path}: has scans 0 to {len(ranges) - 1}, asked for {index}")
     index %= len(ranges)
     stamps = recording.get("stamps", np.arange(len(ranges)) * 0.025)
-    racer = Racer(setup, car)
+    kind = driver_kind(setup.driver)
+    if kind.needs_map:
+        raise InputError(f"--scan: the driver {kind.name} needs a map; a scan alone has none")
+    driver = kind.make(setup.params(car.core), car, Preparation())
     state = {"speed": speed, "yaw_rate": 0.0, "steering_angle": 0.0}
     for i in range(max(0, index - 200), index + 1):
         state = {name: float(recording[name][i]) if name in recording else value for name, value in state.items()}
-        racer.step(
+        step_core(
+            driver.core,
             ranges[i],
             speed=state["speed"],
             yaw_rate=state["yaw_rate"],
@@ -108,9 +118,11 @@ def explain_scan(path: Path, setup: Setup, car: Car, index: int, speed: float) -
         )
     return Moment(
         title=f"{path.stem}, scan {index}",
-        subtitle=f"setup {setup.name}, car {car.name}, {ranges.shape[1]} beams",
-        trace=racer.trace,
+        subtitle=f"{setup.title}, car {car.name}, {ranges.shape[1]} beams",
+        driver=setup.driver,
+        trace=driver.trace,
         params=setup.params(car.core).values(),
+        car=car.core.values()["geometry"],
         speed=state["speed"],
         yaw_rate=state["yaw_rate"],
         steering_angle=state["steering_angle"],

@@ -9,7 +9,7 @@ import typer
 from rich.markup import escape
 
 from firstlap.car_file import load_car
-from firstlap.cli.common import CarOption, SetOption, SetupOption, chosen_setup, console
+from firstlap.cli.common import CarOption, DriverOption, SetOption, SetupOption, chosen_setup, console
 from firstlap.errors import InputError
 from firstlap.output import check_writable
 from firstlap.tracks.library import load_track
@@ -21,14 +21,15 @@ def explain(
     scan: Annotated[Path | None, typer.Option("--scan", metavar="FILE", help="An .npz recording of scans.")] = None,
     index: Annotated[int, typer.Option("--index", help="Which scan of the recording.")] = 0,
     speed: Annotated[float, typer.Option("--speed", help="m/s, for a recording without.")] = 1.0,
-    setup: SetupOption = "sure",
+    driver: DriverOption = None,
+    setup: SetupOption = None,
     changes: SetOption = None,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Of everything random.")] = 1,
     reverse: Annotated[bool, typer.Option("--reverse", help="Drive the other way round.")] = False,
     car: CarOption = "default",
     plot: Annotated[Path, typer.Option("--plot", metavar="FILE", help="Where the picture goes.")] = Path("explain.png"),
 ) -> int:
-    """Draw one step of the method: what it saw, what it made of it, and why it steers as it does."""
+    """Draw one step of a driver: what it saw, what it made of it, and why it steers as it does."""
     from firstlap.explain import explain_race, explain_scan
     from firstlap.explain_plot import plot_moment
     from firstlap.plot import PICTURES
@@ -36,7 +37,7 @@ def explain(
     if (track is None) == (scan is None):
         raise InputError("expected either TRACK with --at METRES, or --scan FILE")
     check_writable(plot, PICTURES)
-    chosen = chosen_setup(setup, changes)
+    chosen = chosen_setup(setup, changes, driver)
     loaded_car = load_car(car)
     if scan is not None:
         moment = explain_scan(scan, chosen, loaded_car, index, speed)

@@ -14,8 +14,10 @@ from firstlap import _core
 from firstlap.car_file import Car, load_car
 from firstlap.cli.common import (
     CarOption,
+    DriverOption,
     JsonOption,
     LapsOption,
+    LatencyOption,
     SetOption,
     SetupOption,
     TrackArgument,
@@ -26,7 +28,7 @@ from firstlap.cli.common import (
     progress_bar,
 )
 from firstlap.output import check_writable
-from firstlap.race import RaceResult
+from firstlap.race import RaceResult, latency_options
 from firstlap.race import race as run_race
 from firstlap.setup_file import Setup
 from firstlap.tracks.library import load_track
@@ -35,12 +37,14 @@ from firstlap.tracks.track import Track
 
 def race(
     track: TrackArgument,
-    setup: SetupOption = "sure",
+    driver: DriverOption = None,
+    setup: SetupOption = None,
     changes: SetOption = None,
     laps: LapsOption = 3,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Of everything random.")] = 1,
     reverse: Annotated[bool, typer.Option("--reverse", help="Drive the other way round.")] = False,
     car: CarOption = "default",
+    latency: LatencyOption = "none",
     plot: Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Write a picture of the race.")] = None,
     as_json: JsonOption = False,
 ) -> int:
@@ -49,10 +53,11 @@ def race(
         from firstlap.plot import PICTURES
 
         check_writable(plot, PICTURES)
-    chosen = chosen_setup(setup, changes)
+    chosen = chosen_setup(setup, changes, driver)
+    latency_options(latency)
     loaded_car = load_car(car)
     loaded = load_track(track)
-    result = _watched_race(loaded, chosen, loaded_car, laps, seed, reverse)
+    result = _watched_race(loaded, chosen, loaded_car, laps, seed, reverse, latency)
     if plot:
         result.plot(plot)
     if as_json:
@@ -62,7 +67,9 @@ def race(
     return 0 if result.finished else 1
 
 
-def _watched_race(track: Track, setup: Setup, car: Car, laps: int, seed: int, reverse: bool) -> RaceResult:
+def _watched_race(
+    track: Track, setup: Setup, car: Car, laps: int, seed: int, reverse: bool, latency: str
+) -> RaceResult:
     columns = (TextColumn("{task.description}"), BarColumn(50), TextColumn("{task.fields[speed]:.1f} m/s"))
     with progress_bar(*columns) as bar:
         task = bar.add_task(f"lap 1 of {laps}", total=laps * track.length, speed=0.0)
@@ -70,7 +77,7 @@ def _watched_race(track: Track, setup: Setup, car: Car, laps: int, seed: int, re
         def look(running: _core.Race) -> None:
             _show(bar, task, running, laps)
 
-        return run_race(track, setup, car, laps=laps, seed=seed, reverse=reverse, look=look)
+        return run_race(track, setup, car, laps=laps, seed=seed, reverse=reverse, latency=latency, look=look)
 
 
 def _show(bar: Progress, task: int, running: _core.Race, laps: int) -> None:
@@ -87,9 +94,7 @@ def _print(result: RaceResult, plot: Path | None) -> None:
     for remark in result.track.notes:
         note(remark)
     direction = "" if result.direction == "forward" else ", reverse"
-    table = Table(
-        title=escape(f"{result.track.name}, {result.track.length:.1f} m{direction}, setup {result.setup.name}")
-    )
+    table = Table(title=escape(f"{result.track.name}, {result.track.length:.1f} m{direction}, {result.setup.title}"))
     for heading in ("lap", "time s", "mean m/s", "top m/s", "clearance m", ""):
         table.add_column(heading, justify="right")
     for number, lap in enumerate(result.laps, start=1):
@@ -112,5 +117,7 @@ def _print(result: RaceResult, plot: Path | None) -> None:
     compute = result.compute
     if compute["p50"] is not None:
         out.print(f"a step took {compute['p50']:.0f} µs (p50), {compute['p99']:.0f} µs (p99)")
+    if result.skipped_scans:
+        out.print(f"late: {result.skipped_scans} scans came while the driver was busy and were skipped")
     if plot:
         out.print(escape(f"picture: {plot}"), soft_wrap=True)

@@ -13,6 +13,7 @@ from firstlap import __version__
 from firstlap.car_file import load_car
 from firstlap.cli.common import (
     CarOption,
+    DriverOption,
     JsonOption,
     LapsOption,
     SetOption,
@@ -34,7 +35,8 @@ def survey(
         list[str],
         typer.Argument(metavar="TRACK...", help="Tracks as of `race`; all: every one of ours; random:1-20: twenty."),
     ],
-    setup: SetupOption = "sure",
+    driver: DriverOption = None,
+    setup: SetupOption = None,
     changes: SetOption = None,
     laps: LapsOption = 3,
     seeds: Annotated[int, typer.Option("--seeds", min=1, max=10_000, help="Seeds 1 to K for each track.")] = 3,
@@ -43,7 +45,7 @@ def survey(
     as_json: JsonOption = False,
 ) -> int:
     """Race many tracks, directions and seeds on all cores: is a setup safe? Exits 0 when every race finished."""
-    races = Survey(chosen_setup(setup, changes), load_car(car), laps)
+    races = Survey(chosen_setup(setup, changes, driver), load_car(car), laps)
     specs = expand(tracks)
     interrupted = False
     bar_columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
@@ -106,7 +108,8 @@ def expand(tracks: list[str]) -> list[str]:
 
 def _print(found: dict[str, Any]) -> None:
     both = ", both directions" if found["both"] else ""
-    table = Table(title=escape(f"setup {found['setup']}, {found['laps']} laps, {found['seeds']} seeds{both}"))
+    what = f"driver {found['driver']}, setup {found['setup']}"
+    table = Table(title=escape(f"{what}, {found['laps']} laps, {found['seeds']} seeds{both}"))
     table.add_column("track", overflow="fold")
     for heading in ("length m", "finished", "best s", "median s", "clearance m"):
         table.add_column(heading, justify="right")
