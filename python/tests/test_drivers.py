@@ -52,7 +52,8 @@ class Cruise:
 def ride(driver: object, track: firstlap.Track, laps: int = 1, **options: float) -> _core.Race:
     """A race of a driver in Python."""
 
-    return start_race(track, CoreHandle(_core.CallbackDriver(driver)), firstlap.load_car("default"), laps=laps, options=options)
+    handle = CoreHandle(_core.CallbackDriver(driver))
+    return start_race(track, handle, firstlap.load_car("default"), laps=laps, options=options)
 
 
 @pytest.mark.parametrize("name", MAP_LESS)
