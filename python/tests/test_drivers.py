@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -101,6 +102,19 @@ def test_check_knows_the_opponents_setups(cli, name):
     said = cli("check", name)
     assert said.code == 0
     assert "grip in corners" in said.out
+
+
+@pytest.mark.parametrize("name", OPPONENTS)
+def test_explain_draws_a_step_of_every_opponent(cli, name):
+    said = cli("explain", "arena", "--driver", name, "--at", 3)
+    assert said.code == 0, said
+    assert Path("explain.png").stat().st_size > 20_000
+
+
+@pytest.mark.parametrize("name", OPPONENTS)
+def test_explain_draws_a_step_without_data(cli, name):
+    np.savez("lost.npz", ranges=np.full((3, 1081), np.inf), angle_min=-2.3, angle_increment=0.004)
+    assert cli("explain", "--driver", name, "--scan", "lost.npz", "--index", 1).code == 0
 
 
 def test_a_setup_alone_chooses_its_driver(cli):

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "firstlap/geometry.hpp"
 
@@ -78,7 +79,8 @@ double free_along_arc(const Buffer<Point2>& points, double curvature, double mar
     // Where on the body this ring meets first: the front, or the inner flank behind it.
     const double reach = std::min(front, std::sqrt(std::max(square - inner * inner, 0.0)));
     const double angle = std::atan2(p.x, y) - std::asin(std::min(reach / distance, 1.0));
-    if (angle * radius > passed) least = std::min(least, std::max(angle, 0.0));
+    const double ahead = angle * radius > passed ? std::max(angle, 0.0) : angle + 2.0 * std::numbers::pi;
+    least = std::min(least, ahead);
   }
   return least * radius;
 }

@@ -63,6 +63,13 @@ TEST(FreeAlongArc, WhatIsBesideOrBehindTheCarIsNotInItsWay) {
   EXPECT_EQ(free_along_arc(points_of({{0.1, -0.25}}), 0.3, 0.0, 5.0, car), 5.0);
 }
 
+TEST(FreeAlongArc, MoreThanHalfACircleAheadIsStillAhead) {
+  const CarGeometry car;
+  const double front = car.length - car.rear_overhang;
+  const double free = free_along_arc(points_of({{-1.0, 1.0}}), 1.0, 0.0, 20.0, car);  // three quarters round
+  EXPECT_NEAR(free, 1.5 * std::numbers::pi - std::asin(front), 1e-9);
+}
+
 bool inside(const Pose2& pose, const Point2& p, const CarGeometry& car) {
   const double dx = p.x - pose.x;
   const double dy = p.y - pose.y;

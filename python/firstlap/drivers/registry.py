@@ -86,7 +86,7 @@ class DriverKind:
 
     new_params: all parameters at their defaults. make: the driver, from its parameters (`Params`), the car and what it
     prepared. prepare: called once per track, direction, setup and car, before the races. in_python: steps take the GIL,
-    so that races of it run in processes.
+    so that races of it run in processes. picture: "module:function" that draws a `Moment` of it, for explain.
     """
 
     name: str
@@ -95,6 +95,7 @@ class DriverKind:
     new_params: Callable[[], Params]
     make: Callable[[Any, Car | None, Preparation], Handle]
     default_setup: str
+    picture: str
     needs_map: bool = False
     in_python: bool = False
     prepare: Callable[[Track, Setup, Car, int, Look | None], Preparation] = field(default=_prepare_nothing)
@@ -135,7 +136,7 @@ class TableParams:
             self._check(self.values())
 
 
-def _core_kind(name: str, title: str, params: Any, driver: Any, default_setup: str) -> DriverKind:
+def _core_kind(name: str, title: str, params: Any, driver: Any, default_setup: str, picture: str) -> DriverKind:
     return DriverKind(
         name=name,
         title=title,
@@ -143,11 +144,28 @@ def _core_kind(name: str, title: str, params: Any, driver: Any, default_setup: s
         new_params=params,
         make=lambda values, _car, _preparation: CoreHandle(driver(values)),
         default_setup=default_setup,
+        picture=picture,
     )
 
 
 PYTHON_DRIVERS: tuple[str, ...] = ()
 """Modules with a function `driver_kind()` that gives their DriverKind."""
+
+
+CORE_DRIVERS = (
+    ("local", "the method of the paper", _core.Params, _core.Racer, "sure", "firstlap.explain_plot:draw_local"),
+    ("gap", "follow the gap", _core.FollowTheGapParams, _core.FollowTheGap, "gap", "firstlap.explain_gap:draw_gap"),
+    (
+        "disparity",
+        "the disparity extender",
+        _core.DisparityExtenderParams,
+        _core.DisparityExtender,
+        "disparity",
+        "firstlap.explain_disparity:draw_disparity",
+    ),
+    ("pid", "centre following", _core.CenterPidParams, _core.CenterPid, "pid", "firstlap.explain_pid:draw_pid"),
+)
+"""Name, title, parameters, class, default setup and picture of the drivers in C++."""
 
 
 class _Registry(Mapping[str, DriverKind]):
@@ -156,15 +174,8 @@ class _Registry(Mapping[str, DriverKind]):
     def __init__(self) -> None:
         self._kinds: dict[str, DriverKind] = {}
         self._read_modules = False
-        for kind in (
-            _core_kind("local", "the method of the paper", _core.Params, _core.Racer, "sure"),
-            _core_kind("gap", "follow the gap", _core.FollowTheGapParams, _core.FollowTheGap, "gap"),
-            _core_kind(
-                "disparity", "disparity extender", _core.DisparityExtenderParams, _core.DisparityExtender, "disparity"
-            ),
-            _core_kind("pid", "centre following", _core.CenterPidParams, _core.CenterPid, "pid"),
-        ):
-            self.register(kind)
+        for name, title, params, driver, setup, picture in CORE_DRIVERS:
+            self.register(_core_kind(name, title, params, driver, setup, picture))
 
     def register(self, kind: DriverKind) -> None:
         """Makes a driver known, or known anew."""
