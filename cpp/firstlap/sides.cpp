@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "firstlap/geometry.hpp"
 
@@ -72,32 +71,6 @@ void sample_section(const Buffer<ScanPoint>& points, const Section& section, std
   samples.push({start.x, start.y, index, 0});
   sample_run(points, middle, section.last, start, spacing, index, samples);
 }
-
-// One side as it was. It is asked along a wall, so the answer is most often next to the last one.
-class PastWall {
- public:
-  static constexpr double same_wall = 0.1;  // [m] nearer than this it does not matter how near
-
-  explicit PastWall(const WallSide& side) noexcept : side_(side) {}
-
-  // To the nearest sample [m], or to one that is nearer than `same_wall`.
-  double distance(double x, double y) noexcept {
-    constexpr std::size_t reach = 3;  // samples that are tried first
-    for (std::size_t i = last_; i < std::min(last_ + reach, side_.size()); ++i) {
-      const double d = norm(x - side_.at(i).x, y - side_.at(i).y);
-      if (d >= same_wall) continue;
-      last_ = i;
-      return d;
-    }
-    const Nearest nearest = nearest_sample(side_, x, y);
-    last_ = nearest.index;
-    return nearest.distance;
-  }
-
- private:
-  const WallSide& side_;
-  std::size_t last_ = 0;
-};
 
 // +1 where (x, y) lies left of the path, -1 right of it, 0 where it is too far away to tell.
 int side_of_path(const Buffer<TrajectoryPoint>& path, double x, double y, double radius) noexcept {
@@ -231,14 +204,16 @@ void sample_sections(const Buffer<ScanPoint>& points, const Buffer<Section>& sec
 
 void vote_by_past(const WallsSeen& before, const Buffer<TrajectoryPoint>& path, const SegmentationParams& params,
                   Buffer<SectionSample>& samples) noexcept {
-  PastWall left(before.left);
-  PastWall right(before.right);
+  constexpr double same_wall = 0.1;  // [m]
+  WallSearch left(before.left, before.left.size());
+  WallSearch right(before.right, before.right.size());
   for (SectionSample& sample : samples) {
     // Most often the wall is where it was: then the other side need not be asked.
     const bool ask_left_first = sample.y > 0.0;
-    const double first = (ask_left_first ? left : right).distance(sample.x, sample.y);
-    const double second = first < PastWall::same_wall ? std::numeric_limits<double>::infinity()
-                                                      : (ask_left_first ? right : left).distance(sample.x, sample.y);
+    WallSearch& likely = ask_left_first ? left : right;
+    WallSearch& other = ask_left_first ? right : left;
+    const double first = likely.distance(sample.x, sample.y, same_wall);
+    const double second = first < same_wall ? 2.0 * same_wall : other.distance(sample.x, sample.y, same_wall);
     if (std::min(first, second) < params.past_radius)
       sample.vote = (first < second) == ask_left_first ? 1 : -1;
     else

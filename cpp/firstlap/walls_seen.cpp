@@ -1,5 +1,6 @@
 #include "firstlap/walls_seen.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -8,6 +9,8 @@
 #ifdef __SSE__
 #include <xmmintrin.h>
 #endif
+
+#include "firstlap/geometry.hpp"
 
 namespace firstlap {
 namespace {
@@ -118,12 +121,9 @@ class Search {
   Ints block_ = {0, 0, 0, 0};
 };
 
-}  // namespace
-
-Nearest nearest_sample(const WallSide& side, double px, double py) noexcept {
-  const std::size_t n = side.size();
+Nearest nearest_of_first(std::size_t n, const WallSide& side, double x, double y) noexcept {
   if (n == 0) return {0, std::numeric_limits<double>::infinity()};
-  Search search(side, px, py);
+  Search search(side, x, y);
   if (n < Search::block) {
     for (std::size_t i = 0; i < n; ++i) search.look_at(i);
     return search.nearest();
@@ -132,6 +132,25 @@ Nearest nearest_sample(const WallSide& side, double px, double py) noexcept {
   for (; i + Search::block <= n; i += Search::block) search.look_at_block(i);
   if (i < n) search.look_at_block(n - Search::block);  // some of it again
   return search.nearest();
+}
+
+}  // namespace
+
+Nearest nearest_sample(const WallSide& side, double px, double py) noexcept {
+  return nearest_of_first(side.size(), side, px, py);
+}
+
+double WallSearch::distance(double x, double y, double enough) noexcept {
+  constexpr std::size_t reach = 3;  // samples that are tried first
+  for (std::size_t i = last_; i < std::min(last_ + reach, count_); ++i) {
+    const double d = norm(x - side_.at(i).x, y - side_.at(i).y);
+    if (d >= enough) continue;
+    last_ = i;
+    return d;
+  }
+  const Nearest nearest = nearest_of_first(count_, side_, x, y);
+  last_ = nearest.index;
+  return nearest.distance;
 }
 
 void move_walls(const Pose2& motion, double dt, WallsSeen& walls) noexcept {
