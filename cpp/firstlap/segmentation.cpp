@@ -143,13 +143,12 @@ double median_beam_step(const Buffer<ScanPoint>& points) noexcept {
   constexpr std::size_t bins = 64;
   if (points.size() < 2) return 1.0;
   const std::size_t steps = points.size() - 1;
-  const auto step_at = [&](std::size_t j) { return static_cast<std::size_t>(points[j + 1].beam - points[j].beam); };
-  std::size_t neighbours = 0;
-  for (std::size_t j = 0; j < steps; ++j) neighbours += step_at(j) == 1 ? 1 : 0;
-  if (2 * neighbours >= steps) return 1.0;
+  const auto beams = static_cast<std::size_t>(points.back().beam - points.front().beam);
+  if (2 * (beams - steps) <= steps) return 1.0;  // so few are lost that most returns are neighbours
 
   std::array<std::size_t, bins> count{};
-  for (std::size_t j = 0; j < steps; ++j) ++count[std::min(bins - 1, step_at(j))];
+  for (std::size_t j = 0; j < steps; ++j)
+    ++count[std::min(bins - 1, static_cast<std::size_t>(points[j + 1].beam - points[j].beam))];
   std::size_t median = 0;
   for (std::size_t seen = count[0]; 2 * seen < steps; seen += count[median]) ++median;
   return static_cast<double>(median);
