@@ -1,20 +1,26 @@
 """The command `firstlap` from its first moment on: Ctrl-C is quiet while the rest is still being imported.
 
-A package of its own, because importing anything from `firstlap` imports all of its interface.
+A package of its own, because importing anything from `firstlap` imports all of its interface; it imports next to
+nothing itself, because until then Ctrl-C is answered by the interpreter.
 """
 
-import contextlib
+from __future__ import annotations
+
 import os
 import signal
-from types import FrameType
-from typing import NoReturn
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from types import FrameType
+    from typing import NoReturn
 
 
 def leave(_number: int, _frame: FrameType | None) -> NoReturn:
     """A signal handler: one line, exit code 130, and nothing more is run."""
-    with contextlib.suppress(OSError):
+    try:
         os.write(2, b"error: interrupted\n")
-    os._exit(130)
+    finally:
+        os._exit(130)
 
 
 def main() -> None:
