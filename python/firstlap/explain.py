@@ -13,10 +13,13 @@ import numpy.typing as npt
 from firstlap import _core
 from firstlap.car_file import Car
 from firstlap.errors import InputError
+from firstlap.output import check_readable
 from firstlap.race import start_race
 from firstlap.racer import Racer
 from firstlap.setup_file import Setup
 from firstlap.tracks.track import Track
+
+FASTEST = 100.0
 
 
 @dataclass(frozen=True)
@@ -86,6 +89,8 @@ def explain_scan(path: Path, setup: Setup, car: Car, index: int, speed: float) -
     The file holds ranges (N, beams) in metres, angle_min and angle_increment in rad, and may hold range_max, stamps
     (N,), speed, yaw_rate and steering_angle (N,); `speed` [m/s] serves where it has none.
     """
+    if not 0.0 <= abs(speed) <= FASTEST:
+        raise InputError(f"--speed {speed:g}: allowed is -{FASTEST:g} to {FASTEST:g} m/s")
     recording = _read_recording(path)
     ranges = recording["ranges"]
     if not -len(ranges) <= index < len(ranges):
@@ -119,13 +124,12 @@ def explain_scan(path: Path, setup: Setup, car: Car, index: int, speed: float) -
 
 
 def _read_recording(path: Path) -> dict[str, npt.NDArray[np.float64]]:
+    check_readable(path, "an .npz recording of scans")
     try:
         with np.load(path, allow_pickle=False) as file:
             wanted = ("ranges", "angle_min", "angle_increment", "range_max", "stamps", "speed", "yaw_rate",
                       "steering_angle")  # fmt: skip
             recording = {key: np.asarray(file[key], dtype=np.float64) for key in wanted if key in file}
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
     except Exception as error:
         raise InputError(f"{path}: not an .npz recording of scans ({type(error).__name__})") from None
     missing = [key for key in ("ranges", "angle_min", "angle_increment") if key not in recording]
@@ -137,4 +141,27 @@ def _read_recording(path: Path) -> dict[str, npt.NDArray[np.float64]]:
         single = key in ("angle_min", "angle_increment", "range_max")
         if value.ndim != (0 if single else 2 if key == "ranges" else 1) or (not single and len(value) != count):
             raise InputError(f"{path}: '{key}' has the shape {value.shape}, which does not fit {count} scans")
+    _check_values(recording, path)
     return recording
+
+
+def _check_values(recording: Mapping[str, npt.NDArray[np.float64]], path: Path) -> None:
+    """Raises InputError where a recording holds no scan, or numbers that no LiDAR and no clock gives."""
+    if recording["ranges"].size == 0:
+        count, beams = recording["ranges"].shape
+        raise InputError(f"{path}: is empty ({count} scans of {beams} beams); expected at least one scan")
+    for key, value in recording.items():
+        if key != "ranges" and not np.isfinite(value).all():
+            where = "" if value.ndim == 0 else f"[{int(np.argmin(np.isfinite(value)))}]"
+            raise InputError(f"{path}: '{key}'{where} is not a finite number")
+    if recording["angle_increment"] == 0.0:
+        raise InputError(f"{path}: 'angle_increment' is 0; expected rad from beam to beam, such as 0.00436")
+    if "range_max" in recording and recording["range_max"] <= 0.0:
+        raise InputError(f"{path}: 'range_max' is {recording['range_max']:g}; expected metres above 0")
+    stamps = recording.get("stamps", np.zeros(0))
+    standing = np.flatnonzero(np.diff(stamps) <= 0.0)
+    if len(standing):
+        first = int(standing[0]) + 1
+        before, after = stamps[first - 1], stamps[first]
+        what = "stands still" if before == after else "goes back"
+        raise InputError(f"{path}: 'stamps' {what} at scan {first} ({before:g} to {after:g} s); expected rising times")

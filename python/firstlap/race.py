@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -52,6 +52,7 @@ class RaceResult:
     """What a race leaves behind.
 
     outcome: finished, contact, stuck, timeout, wrong_way, or running when it was interrupted.
+    options: what was asked for of the field table `RaceOptions`, laps and seed aside.
     path: columns, one entry per scan, map frame and SI: time, x, y, yaw, speed, s, lateral_offset, ...
     compute_times: (steps,) microseconds of each driver step, by the wall clock.
     """
@@ -68,6 +69,7 @@ class RaceResult:
     contact: Contact | None
     compute_times: npt.NDArray[np.float32]
     path: dict[str, npt.NDArray[Any]]
+    options: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def finished(self) -> bool:
@@ -100,6 +102,7 @@ class RaceResult:
             "setup": self.setup.name,
             "set": changed,
             "car": self.car.name,
+            "options": dict(self.options),
             "seed": self.seed,
             "outcome": self.outcome,
             "laps": [asdict(lap) for lap in self.laps],
@@ -127,8 +130,8 @@ def start_race(
     """A race that has not begun, for stepping. Raises InputError where it cannot begin."""
     core_options = _core.RaceOptions()
     for name, value in {"laps": laps, **(options or {})}.items():
-        field = OPTION_FIELDS.find(name, "race options")
-        core_options.set(field.section, field.name, OPTION_FIELDS.check(field, value, "race options"))
+        entry = OPTION_FIELDS.find(name, "race options")
+        core_options.set(entry.section, entry.name, OPTION_FIELDS.check(entry, value, "race options"))
     if not 0 <= seed < 2**64:
         raise InputError(f"seed is {seed}, outside of what is allowed: 0 to 2^64 - 1")
     core_options.seed = seed
@@ -177,4 +180,5 @@ def race(
         contact=Contact(**found["contact"]) if found["contact"] else None,
         compute_times=found["compute_times"],
         path=found["path"],
+        options=dict(options or {}),
     )

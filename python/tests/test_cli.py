@@ -23,6 +23,7 @@ RACE_KEYS = {
     "setup",
     "set",
     "car",
+    "options",
     "seed",
     "outcome",
     "laps",

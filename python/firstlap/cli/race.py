@@ -14,13 +14,16 @@ from firstlap import _core
 from firstlap.car_file import Car, load_car
 from firstlap.cli.common import (
     CarOption,
+    ConditionOption,
     JsonOption,
     LapsOption,
     SetOption,
     SetupOption,
     TrackArgument,
+    chosen_options,
     chosen_setup,
     console,
+    described_options,
     note,
     print_json,
     progress_bar,
@@ -41,6 +44,7 @@ def race(
     seed: Annotated[int, typer.Option("--seed", min=0, help="Of everything random.")] = 1,
     reverse: Annotated[bool, typer.Option("--reverse", help="Drive the other way round.")] = False,
     car: CarOption = "default",
+    options: ConditionOption = None,
     plot: Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Write a picture of the race.")] = None,
     as_json: JsonOption = False,
 ) -> int:
@@ -52,7 +56,7 @@ def race(
     chosen = chosen_setup(setup, changes)
     loaded_car = load_car(car)
     loaded = load_track(track)
-    result = _watched_race(loaded, chosen, loaded_car, laps, seed, reverse)
+    result = _watched_race(loaded, chosen, loaded_car, laps, seed, reverse, chosen_options(options))
     if plot:
         result.plot(plot)
     if as_json:
@@ -62,7 +66,9 @@ def race(
     return 0 if result.finished else 1
 
 
-def _watched_race(track: Track, setup: Setup, car: Car, laps: int, seed: int, reverse: bool) -> RaceResult:
+def _watched_race(
+    track: Track, setup: Setup, car: Car, laps: int, seed: int, reverse: bool, options: dict[str, float]
+) -> RaceResult:
     columns = (TextColumn("{task.description}"), BarColumn(50), TextColumn("{task.fields[speed]:.1f} m/s"))
     with progress_bar(*columns) as bar:
         task = bar.add_task(f"lap 1 of {laps}", total=laps * track.length, speed=0.0)
@@ -70,7 +76,7 @@ def _watched_race(track: Track, setup: Setup, car: Car, laps: int, seed: int, re
         def look(running: _core.Race) -> None:
             _show(bar, task, running, laps)
 
-        return run_race(track, setup, car, laps=laps, seed=seed, reverse=reverse, look=look)
+        return run_race(track, setup, car, laps=laps, seed=seed, reverse=reverse, options=options, look=look)
 
 
 def _show(bar: Progress, task: int, running: _core.Race, laps: int) -> None:
@@ -86,7 +92,7 @@ def _show(bar: Progress, task: int, running: _core.Race, laps: int) -> None:
 def _print(result: RaceResult, plot: Path | None) -> None:
     for remark in result.track.notes:
         note(remark)
-    direction = "" if result.direction == "forward" else ", reverse"
+    direction = ("" if result.direction == "forward" else ", reverse") + described_options(result.options)
     table = Table(
         title=escape(f"{result.track.name}, {result.track.length:.1f} m{direction}, setup {result.setup.name}")
     )
