@@ -94,6 +94,7 @@ struct RaceLog {
       }
     }
     nb::dict columns = log.take();
+    columns["going"] = !race.over();
     columns["time"] = to_numpy(std::move(time));
     columns["pose"] = to_numpy(std::move(pose), 3);
     columns["measured"] = to_numpy(std::move(measured), state_columns);
@@ -120,7 +121,9 @@ void bind_replay(nb::module_& m) {
           nb::arg("race"), nb::arg("racer").none(), nb::keep_alive<1, 2>(), nb::keep_alive<1, 3>(),
           "racer: the race's driver where it is one, for its intermediate results; else None.")
       .def("advance", &RaceLog::advance, nb::arg("scans"),
-           "Drives for so many scan periods at most; columns as of `replay`, and time, pose, measured, truth, ranges.");
+           "Drives for so many scan periods at most; columns as of `replay`, and time, pose, measured, truth, ranges; "
+           "and "
+           "whether it is still going.");
 }
 
 }  // namespace firstlap::bindings

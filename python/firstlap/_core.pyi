@@ -219,5 +219,5 @@ class RaceLog:
 
     def advance(self, scans: int) -> dict:
         """
-        Drives for so many scan periods at most; columns as of `replay`, and time, pose, measured, truth, ranges.
+        Drives for so many scan periods at most; columns as of `replay`, and time, pose, measured, truth, ranges; and whether it is still going.
         """

@@ -9,6 +9,8 @@ from pathlib import Path
 
 from firstlap.errors import InputError
 
+LOGS = (".mcap",)
+
 
 def check_writable(path: str | Path, suffixes: tuple[str, ...]) -> Path:
     """`path` if a file can be put there; called before the work is done. Raises InputError."""

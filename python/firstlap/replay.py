@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
+from contextlib import nullcontext
 from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import Path
@@ -21,6 +22,7 @@ from firstlap.continuity import BIG_JUMP, Continuity
 from firstlap.racer import Racer
 from firstlap.recordings.body import BodyMask, find_body
 from firstlap.recordings.recording import Recording
+from firstlap.recordings.replay_log import Log, log_of
 from firstlap.setup_file import Setup
 from firstlap.step_log import STATUSES, Columns, rows_of
 
@@ -139,21 +141,22 @@ def replay(
     against: Setup | None = None,
     mask_body: bool = True,
     look: Callable[[int], object] | None = None,
-    log: Callable[[Recording, Columns, int], object] | None = None,
+    record: str | Path | None = None,
 ) -> Replay:
     """Drives `setup`, and `against`, through the recording.
 
     mask_body: mask returns of the car itself where the setup's own mask leaves them, unless the setup sets its mask.
-    look: called with the scans done. log: called with the recording, columns of the first setup and the index of
-    their first scan.
+    look: called with the scans done, of both setups. record: an .mcap file for a log of what `setup` did. Raises
+    InputError.
     """
     begin = time.perf_counter()
     setup, body, remarks = prepared(recording, setup, mask_body)
-    driven = _drive(recording, setup, car, look, log)
+    with log_of(recording, setup, car, record) if record is not None else nullcontext() as log:
+        driven = _drive(recording, setup, car, look, log)
     other = None
     if against is not None:
         against, _, _ = prepared(recording, against, mask_body)
-        other = _drive(recording, against, car, look, None)
+        other = _drive(recording, against, car, look and (lambda done: look(len(recording) + done)), None)
     return Replay(
         recording=recording,
         car=car,
@@ -221,7 +224,7 @@ def _drive(
     setup: Setup,
     car: Car,
     look: Callable[[int], object] | None,
-    log: Callable[[Recording, Columns, int], object] | None,
+    log: Log | None,
 ) -> Driven:
     racer, continuity, collected = Racer(setup, car), Continuity(), _Collected()
     for part, columns in batches(recording, racer):
@@ -229,7 +232,7 @@ def _drive(
         collected.add(ahead=columns["ahead"], width=columns["width"])
         collected.add(**_seen(columns), **_continued(recording, part, columns, continuity))
         if log:
-            log(recording, columns, part.start)
+            log.put(part, columns)
         if look:
             look(part.stop)
     return Driven(setup=setup, **collected.whole())

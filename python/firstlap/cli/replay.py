@@ -27,7 +27,7 @@ from firstlap.cli.recording import (
     setup_and_car,
     watched,
 )
-from firstlap.output import check_writable
+from firstlap.output import LOGS, check_writable
 from firstlap.setup_file import load_setup
 
 
@@ -41,6 +41,9 @@ def replay(
     begin: Annotated[float | None, typer.Option("--from", metavar="S", help="Seconds after the first scan.")] = None,
     end: Annotated[float | None, typer.Option("--to", metavar="S", help="Seconds after the first scan.")] = None,
     plot: Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Write a picture over time.")] = None,
+    record: Annotated[
+        Path | None, typer.Option("--record", metavar="FILE.mcap", help="Log scans and plans as ROS messages.")
+    ] = None,
     scan_topic: ScanTopic = None,
     odom_topic: OdomTopic = None,
     imu_topic: ImuTopic = None,
@@ -63,6 +66,8 @@ def replay(
 
     if plot:
         check_writable(plot, PICTURES)
+    if record:
+        check_writable(record, LOGS)
     topics = Topics(scan=scan_topic, odom=odom_topic, imu=imu_topic, drive=drive_topic, pose=pose_topic, speed=speed)
     other = load_setup(against) if against is not None else None
     started = time.perf_counter()
@@ -71,18 +76,18 @@ def replay(
     chosen, loaded_car, remarks = setup_and_car(loaded, setup, changes, car)
     with scans_bar() as bar:
         look = watched(bar, "replaying", len(loaded) * (1 if other is None else 2))
-        found = run_replay(loaded, chosen, loaded_car, against=other, mask_body=not keep_body, look=look)
+        found = run_replay(loaded, chosen, loaded_car, against=other, mask_body=not keep_body, look=look, record=record)
     found = replace(found, reading=reading, remarks=(*remarks, *found.remarks))
     if plot:
         found.plot(plot)
     if as_json:
         print_json(found.to_dict())
     else:
-        _print(found.to_dict(), plot)
+        _print(found.to_dict(), plot, record)
     return 0
 
 
-def _print(found: dict[str, Any], plot: Path | None) -> None:
+def _print(found: dict[str, Any], plot: Path | None, record: Path | None) -> None:
     for remark in found["remarks"]:
         note(remark)
     out = console()
@@ -103,6 +108,8 @@ def _print(found: dict[str, Any], plot: Path | None) -> None:
     out.print(f"{found['scans_per_second']:.0f} scans a second, reading included")
     if plot:
         out.print(escape(f"picture: {plot}"), soft_wrap=True)
+    if record:
+        out.print(escape(f"log: {record}"), soft_wrap=True)
 
 
 def _rows(drives: list[dict[str, Any]]) -> list[tuple[str, list[str]]]:

@@ -20,12 +20,19 @@ RECORD = "firstlap"
 
 @dataclass(frozen=True)
 class About:
-    """setup and car as they were driven; scan_period [s] where scans came by a clock; what, for people."""
+    """setup and car as they were driven; what, for people.
+
+    Messages hold whole nanoseconds and angles in single precision: header (angle_min, angle_increment, time_increment,
+    range_min, range_max) and scan_period [s] are what the planner was given, where they were the same for all scans,
+    and first_dt [s] what it was given with the first.
+    """
 
     setup: Setup
     car: Car
-    scan_period: float | None = None
     what: str = ""
+    header: tuple[float, ...] | None = None
+    scan_period: float | None = None
+    first_dt: float | None = None
     seed: int | None = None
     version: str = version
 
@@ -36,8 +43,9 @@ class About:
             "what": self.what,
             "setup": json.dumps({"name": self.setup.name, "values": _nested(self.setup.given)}),
             "car": json.dumps({"name": self.car.name, "values": self.car.core.values()}),
-            "scan_period": json.dumps(self.scan_period),
-            "seed": json.dumps(self.seed),
+            "exact": json.dumps(
+                {"header": self.header, "scan_period": self.scan_period, "first_dt": self.first_dt, "seed": self.seed}
+            ),
         }
 
     @classmethod
@@ -45,7 +53,8 @@ class About:
         """The other way round. Raises InputError where the record was not written by us."""
         try:
             setup, car = json.loads(texts["setup"]), json.loads(texts["car"])
-            period, seed = json.loads(texts.get("scan_period", "null")), json.loads(texts.get("seed", "null"))
+            exact = json.loads(texts["exact"])
+            header = exact["header"]
             core = _core.Car.preset("default")
             for (section, name), value in _checked(CAR_FIELDS, car["values"], where).items():
                 core.set(section, name, value)
@@ -56,14 +65,20 @@ class About:
             return cls(
                 setup=loaded,
                 car=Car(str(car["name"]), core, where),
-                scan_period=None if period is None else float(period),
                 what=str(texts.get("what", "")),
-                seed=None if seed is None else int(seed),
+                header=None if header is None else tuple(float(number) for number in header),
+                scan_period=_number(exact["scan_period"]),
+                first_dt=_number(exact["first_dt"]),
+                seed=None if exact["seed"] is None else int(exact["seed"]),
                 version=str(texts.get("version", "")),
             )
         except (KeyError, TypeError, ValueError, AttributeError) as error:
             why = f"{type(error).__name__}: {error}"
             raise InputError(f"{where}: its record '{RECORD}' cannot be read ({why})") from None
+
+
+def _number(value: float | None) -> float | None:
+    return None if value is None else float(value)
 
 
 def _nested(values: Values) -> dict[str, dict[str, Any]]:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from firstlap.errors import InputError
 from firstlap.recordings import topics as types
@@ -21,6 +22,7 @@ from firstlap.recordings.topics import Roles, Topics, choose
 WANTED = {*types.SCAN, *types.ODOM, *types.IMU, *types.DRIVE, *types.POSE, *types.STEERING}
 MESSAGES_PER_LOOK = 500
 
+Floats = npt.NDArray[np.float64]
 Raw = dict[str, list[tuple[int, bytes]]]
 
 
@@ -73,10 +75,10 @@ class _Assembly:
             name=self.path.name if self.path.is_dir() else self.path.stem,
             source=str(self.path),
             ranges=scans.ranges,
-            headers=scans.headers,
+            headers=_exact(scans.headers, about),
             start=origin / 1e9,
             stamps=times,
-            dts=periods(line.times, about.scan_period if about else None),
+            dts=periods(line.times, *((about.scan_period, about.first_dt) if about else ())),
             states=found.states,
             sources=found.sources,
             commands=commands_at(times, held.commands),
@@ -149,13 +151,22 @@ class _Assembly:
         return pose.position.x, pose.position.y, float(yaw)
 
     @staticmethod
-    def times_of(messages: list[tuple[int, Any]], by: str) -> np.ndarray[Any, np.dtype[np.int64]]:
+    def times_of(messages: list[tuple[int, Any]], by: str) -> npt.NDArray[np.int64]:
         """(M,) [ns]: stamps where the scans go by theirs and these are filled in, else times of logging."""
         logged = np.array([time for time, _ in messages], dtype=np.int64)
         if by == "log" or not hasattr(messages[0][1], "header"):
             return logged
         stamped = np.array([nanoseconds(message.header.stamp) for _, message in messages], dtype=np.int64)
         return stamped if np.all(np.diff(stamped) >= 0) and len(np.unique(stamped)) * 2 > len(stamped) else logged
+
+
+def _exact(headers: Floats, about: About | None) -> Floats:
+    """The headers with all their digits, where the log tells them."""
+    if about is None or about.header is None or len(about.header) != headers.shape[1]:
+        return headers
+    header = np.array(about.header)
+    same = np.all(headers == header.astype(np.float32), axis=1)
+    return np.where(same[:, None], header, headers)
 
 
 def _command_of(message: Any) -> tuple[float, float]:

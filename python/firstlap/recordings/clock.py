@@ -48,11 +48,11 @@ def _gaps(times: Nanoseconds) -> list[str]:
     return [f"{len(long)} gaps of more than {LONGEST_PAUSE:g} s, the longest {long.max():.1f} s: each is a new start"]
 
 
-def periods(times: Nanoseconds, known: float | None = None) -> Floats:
-    """(N,) [s] since the scan before; the first has the usual one. known: the exact period of a clock."""
+def periods(times: Nanoseconds, known: float | None = None, first: float | None = None) -> Floats:
+    """(N,) [s] since the scan before. known: the exact period of a clock; first: of the first scan, else the usual."""
     steps = np.diff(times) / 1e9
     usual = known if known is not None else float(np.median(steps)) if len(steps) else USUAL_PERIOD / 1e9
-    found = np.concatenate([[usual], steps])
+    found = np.concatenate([[usual if first is None else first], steps])
     if known is not None:  # stamps hold whole nanoseconds
         found[np.abs(found - known) < 1.5e-9] = known
     return np.asarray(found, dtype=np.float64)

@@ -52,6 +52,7 @@ def choose(topics: Mapping[str, Topic], wanted: Topics, ours: bool, where: str) 
 
     ours: a log of our own writing, whose names are known.
     """
+    truth = topics.get("/ground_truth/odom") if ours else None
     if ours:
         wanted = _ours(wanted, topics)
     scan = _one(topics, SCAN, wanted.scan, "--scan-topic", where)
@@ -63,13 +64,13 @@ def choose(topics: Mapping[str, Topic], wanted: Topics, ours: bool, where: str) 
         odom=_one(topics, ODOM, wanted.odom, "--odom-topic", where),
         imu=_one(topics, IMU, wanted.imu, "--imu-topic", where),
         drive=_one(topics, DRIVE, wanted.drive, "--drive-topic", where),
-        pose=_one(topics, POSE, wanted.pose, "--pose-topic", where),
+        pose=_one(topics, POSE, wanted.pose, "--pose-topic", where) if wanted.pose or truth is None else truth,
         steering=topics.get("/joint_states") if ours else None,
     )
 
 
 def _ours(wanted: Topics, topics: Mapping[str, Topic]) -> Topics:
-    known = {"scan": "/scan", "odom": "/odom", "drive": "/drive", "pose": "/ground_truth/pose"}
+    known = {"scan": "/scan", "odom": "/odom", "drive": "/drive"}
     chosen: dict[str, Any] = {
         role: name for role, name in known.items() if name in topics and getattr(wanted, role) is None
     }
