@@ -13,13 +13,12 @@ import numpy.typing as npt
 from firstlap import _core
 from firstlap.car_file import Car
 from firstlap.errors import InputError
-from firstlap.output import check_readable
 from firstlap.race import start_race
 from firstlap.racer import Racer
+from firstlap.recordings.recording import Recording
+from firstlap.replay import batches, prepared
 from firstlap.setup_file import Setup
 from firstlap.tracks.track import Track
-
-FASTEST = 100.0
 
 
 @dataclass(frozen=True)
@@ -35,6 +34,7 @@ class Moment:
     steering_angle: float
     walls: list[tuple[npt.NDArray[np.float64], bool]]
     outcome: str = ""
+    remarks: tuple[str, ...] = ()
 
 
 def explain_race(track: Track, setup: Setup, car: Car, at: float, *, seed: int, reverse: bool) -> Moment:
@@ -83,85 +83,44 @@ def _to_car(points: npt.NDArray[np.float64], x: float, y: float, yaw: float) -> 
     return np.asarray((points - (x, y)) @ np.array([[c, -s], [s, c]]))
 
 
-def explain_scan(path: Path, setup: Setup, car: Car, index: int, speed: float) -> Moment:
-    """The step on scan `index` of an .npz recording, after the scans before it. Raises InputError.
+def explain_recording(recording: Recording, setup: Setup, car: Car, index: int, *, mask_body: bool = True) -> Moment:
+    """The step on scan `index` of a recording (negative: from its end), after the scans before it.
 
-    The file holds ranges (N, beams) in metres, angle_min and angle_increment in rad, and may hold range_max, stamps
-    (N,), speed, yaw_rate and steering_angle (N,); `speed` [m/s] serves where it has none.
+    mask_body: as of `firstlap.replay.replay`. Raises InputError.
     """
-    if not 0.0 <= abs(speed) <= FASTEST:
-        raise InputError(f"--speed {speed:g}: allowed is -{FASTEST:g} to {FASTEST:g} m/s")
-    recording = _read_recording(path)
-    ranges = recording["ranges"]
-    if not -len(ranges) <= index < len(ranges):
-        raise InputError(f"{path}: has scans 0 to {len(ranges) - 1}, asked for {index}")
-    index %= len(ranges)
-    stamps = recording.get("stamps", np.arange(len(ranges)) * 0.025)
+    count = len(recording)
+    if not -count <= index < count:
+        raise InputError(f"{recording.source}: has scans 0 to {count - 1}, asked for {index}")
+    index %= count
+    setup, _, remarks = prepared(recording, setup, mask_body)
     racer = Racer(setup, car)
-    state = {"speed": speed, "yaw_rate": 0.0, "steering_angle": 0.0}
-    for i in range(max(0, index - 200), index + 1):
-        state = {name: float(recording[name][i]) if name in recording else value for name, value in state.items()}
-        racer.step(
-            ranges[i],
-            speed=state["speed"],
-            yaw_rate=state["yaw_rate"],
-            steering_angle=state["steering_angle"],
-            dt=float(stamps[i] - stamps[i - 1]) if i else 0.025,
-            angle_min=float(recording["angle_min"]),
-            angle_increment=float(recording["angle_increment"]),
-            range_max=float(recording.get("range_max", 30.0)),
-        )
+    before = recording.first(index)
+    if before is not None:
+        for _ in batches(before, racer):
+            pass
+    angle_min, angle_increment, time_increment, range_min, range_max = recording.headers[index]
+    speed, yaw_rate, steering_angle = recording.states[index].tolist()
+    racer.step(
+        recording.ranges[index],
+        speed=speed,
+        yaw_rate=yaw_rate,
+        steering_angle=steering_angle,
+        dt=float(recording.dts[index]),
+        angle_min=float(angle_min),
+        angle_increment=float(angle_increment),
+        time_increment=float(time_increment),
+        range_min=float(range_min),
+        range_max=float(range_max),
+    )
     return Moment(
-        title=f"{path.stem}, scan {index}",
-        subtitle=f"setup {setup.name}, car {car.name}, {ranges.shape[1]} beams",
+        title=f"{recording.name}, scan {index}",
+        subtitle=f"{recording.stamps[index]:.2f} s, setup {setup.name}, car {car.name}, "
+        f"{len(recording.ranges[index])} beams, speed from {recording.sources['speed']}",
         trace=racer.trace,
         params=setup.params(car.core).values(),
-        speed=state["speed"],
-        yaw_rate=state["yaw_rate"],
-        steering_angle=state["steering_angle"],
+        speed=speed,
+        yaw_rate=yaw_rate,
+        steering_angle=steering_angle,
         walls=[],
+        remarks=(*recording.remarks, *remarks),
     )
-
-
-def _read_recording(path: Path) -> dict[str, npt.NDArray[np.float64]]:
-    check_readable(path, "an .npz recording of scans")
-    try:
-        with np.load(path, allow_pickle=False) as file:
-            wanted = ("ranges", "angle_min", "angle_increment", "range_max", "stamps", "speed", "yaw_rate",
-                      "steering_angle")  # fmt: skip
-            recording = {key: np.asarray(file[key], dtype=np.float64) for key in wanted if key in file}
-    except Exception as error:
-        raise InputError(f"{path}: not an .npz recording of scans ({type(error).__name__})") from None
-    missing = [key for key in ("ranges", "angle_min", "angle_increment") if key not in recording]
-    if missing:
-        raise InputError(f"{path}: has no '{missing[0]}'; expected ranges, angle_min and angle_increment")
-    recording["ranges"] = np.atleast_2d(recording["ranges"])
-    count = len(recording["ranges"])
-    for key, value in recording.items():
-        single = key in ("angle_min", "angle_increment", "range_max")
-        if value.ndim != (0 if single else 2 if key == "ranges" else 1) or (not single and len(value) != count):
-            raise InputError(f"{path}: '{key}' has the shape {value.shape}, which does not fit {count} scans")
-    _check_values(recording, path)
-    return recording
-
-
-def _check_values(recording: Mapping[str, npt.NDArray[np.float64]], path: Path) -> None:
-    """Raises InputError where a recording holds no scan, or numbers that no LiDAR and no clock gives."""
-    if recording["ranges"].size == 0:
-        count, beams = recording["ranges"].shape
-        raise InputError(f"{path}: is empty ({count} scans of {beams} beams); expected at least one scan")
-    for key, value in recording.items():
-        if key != "ranges" and not np.isfinite(value).all():
-            where = "" if value.ndim == 0 else f"[{int(np.argmin(np.isfinite(value)))}]"
-            raise InputError(f"{path}: '{key}'{where} is not a finite number")
-    if recording["angle_increment"] == 0.0:
-        raise InputError(f"{path}: 'angle_increment' is 0; expected rad from beam to beam, such as 0.00436")
-    if "range_max" in recording and recording["range_max"] <= 0.0:
-        raise InputError(f"{path}: 'range_max' is {recording['range_max']:g}; expected metres above 0")
-    stamps = recording.get("stamps", np.zeros(0))
-    standing = np.flatnonzero(np.diff(stamps) <= 0.0)
-    if len(standing):
-        first = int(standing[0]) + 1
-        before, after = stamps[first - 1], stamps[first]
-        what = "stands still" if before == after else "goes back"
-        raise InputError(f"{path}: 'stamps' {what} at scan {first} ({before:g} to {after:g} s); expected rising times")

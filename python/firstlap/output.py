@@ -9,6 +9,8 @@ from pathlib import Path
 
 from firstlap.errors import InputError
 
+LOGS = (".mcap",)
+
 
 def check_readable(path: Path, expected: str) -> None:
     """Raises InputError where `path` is no file; `expected` says what it should be, such as 'a YAML file'."""

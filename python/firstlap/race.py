@@ -151,18 +151,26 @@ def race(
     reverse: bool = False,
     options: Mapping[str, float] | None = None,
     look: Callable[[_core.Race], object] | None = None,
+    record: str | Path | None = None,
 ) -> RaceResult:
     """Races until the laps are driven, or the car touches a wall, stands, or turns back.
 
     setup, car: a name, a file, or a loaded one. seed: of everything random. options: of the field table
     `RaceOptions`, such as mu_scale or compute_latency. look: called about once a simulated second with the race so
-    far; an exception from it ends the race. Raises InputError.
+    far; an exception from it ends the race. record: an .mcap file for its log, see docs/recordings.md.
+    Raises InputError.
     """
     setup = setup if isinstance(setup, Setup) else load_setup(setup)
     car = car if isinstance(car, Car) else load_car(car)
     if reverse:
         track = track.reversed()
-    running = start_race(track, Racer(setup, car), car, laps=laps, seed=seed, options=options)
+    racer = Racer(setup, car)
+    running = start_race(track, racer, car, laps=laps, seed=seed, options=options)
+    if record is not None:
+        from firstlap.recordings.race_log import drive_and_log, race_about
+
+        what = f"{track.name}{', reverse' if reverse else ''}"
+        drive_and_log(running, racer.core, race_about(running, setup, car, what, seed), record, look)
     while running.advance(SCANS_PER_LOOK):
         if look:
             look(running)

@@ -190,10 +190,11 @@ BAD = {
     "bad survey": ("survey", "arena", "nowhere"),
     "bad range of tracks": ("survey", "random:9-1"),
     "nothing to explain": ("explain",),
-    "two things to explain": ("explain", "arena", "--scan", "a.npz"),
+    "two things to explain": ("explain", "arena", "--at", 1, "--scan", 1),
     "too far": ("explain", "arena", "--setup", "base", "--at", 1e9),
     "before the start": ("explain", "arena", "--setup", "base", "--at", -1),
-    "no recording": ("explain", "--setup", "base", "--scan", "a.npz"),
+    "no recording": ("explain", "a.npz", "--setup", "base", "--scan", 0),
+    "nothing to replay": ("replay", "a.npz"),
     "invalid setup": ("check", "nothing.yaml"),
 }
 

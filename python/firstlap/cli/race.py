@@ -28,7 +28,7 @@ from firstlap.cli.common import (
     print_json,
     progress_bar,
 )
-from firstlap.output import check_writable
+from firstlap.output import LOGS, check_writable
 from firstlap.race import RaceResult
 from firstlap.race import race as run_race
 from firstlap.setup_file import Setup
@@ -46,6 +46,9 @@ def race(
     car: CarOption = "default",
     options: ConditionOption = None,
     plot: Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Write a picture of the race.")] = None,
+    record: Annotated[
+        Path | None, typer.Option("--record", metavar="FILE.mcap", help="Log everything as ROS messages.")
+    ] = None,
     as_json: JsonOption = False,
 ) -> int:
     """Race one track: laps, lap times, and a picture. Exits 0 when finished, 1 when not."""
@@ -53,21 +56,30 @@ def race(
         from firstlap.plot import PICTURES
 
         check_writable(plot, PICTURES)
+    if record:
+        check_writable(record, LOGS)
     chosen = chosen_setup(setup, changes)
     loaded_car = load_car(car)
     loaded = load_track(track)
-    result = _watched_race(loaded, chosen, loaded_car, laps, seed, reverse, chosen_options(options))
+    result = _watched_race(loaded, chosen, loaded_car, laps, seed, reverse, chosen_options(options), record)
     if plot:
         result.plot(plot)
     if as_json:
         print_json(result.to_dict())
     else:
-        _print(result, plot)
+        _print(result, plot, record)
     return 0 if result.finished else 1
 
 
 def _watched_race(
-    track: Track, setup: Setup, car: Car, laps: int, seed: int, reverse: bool, options: dict[str, float]
+    track: Track,
+    setup: Setup,
+    car: Car,
+    laps: int,
+    seed: int,
+    reverse: bool,
+    options: dict[str, float],
+    record: Path | None,
 ) -> RaceResult:
     columns = (TextColumn("{task.description}"), BarColumn(50), TextColumn("{task.fields[speed]:.1f} m/s"))
     with progress_bar(*columns) as bar:
@@ -76,7 +88,9 @@ def _watched_race(
         def look(running: _core.Race) -> None:
             _show(bar, task, running, laps)
 
-        return run_race(track, setup, car, laps=laps, seed=seed, reverse=reverse, options=options, look=look)
+        return run_race(
+            track, setup, car, laps=laps, seed=seed, reverse=reverse, options=options, look=look, record=record
+        )
 
 
 def _show(bar: Progress, task: int, running: _core.Race, laps: int) -> None:
@@ -89,7 +103,7 @@ def _show(bar: Progress, task: int, running: _core.Race, laps: int) -> None:
     )
 
 
-def _print(result: RaceResult, plot: Path | None) -> None:
+def _print(result: RaceResult, plot: Path | None, record: Path | None) -> None:
     for remark in result.track.notes:
         note(remark)
     direction = ("" if result.direction == "forward" else ", reverse") + described_options(result.options)
@@ -120,3 +134,5 @@ def _print(result: RaceResult, plot: Path | None) -> None:
         out.print(f"a step took {compute['p50']:.0f} µs (p50), {compute['p99']:.0f} µs (p99)")
     if plot:
         out.print(escape(f"picture: {plot}"), soft_wrap=True)
+    if record:
+        out.print(escape(f"log: {record}"), soft_wrap=True)
