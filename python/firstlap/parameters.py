@@ -95,9 +95,12 @@ class FieldTable:
 
     def parse(self, text: str, where: str) -> Values:
         """The values in the text of a YAML file; `where` names the file in messages. Raises InputError."""
-        if not any(line.split("#")[0].strip(" \t\r-.") for line in text.splitlines()):
+        if not says_something(text):
             raise InputError(f"{where}: nothing but comments; expected sections ({', '.join(self.sections)})")
-        data = parse_mapping(text, where)
+        return self.check_sections(parse_mapping(text, where), where)
+
+    def check_sections(self, data: Mapping[Any, Any], where: str) -> Values:
+        """The values in {section: {name: value}}; `where` names the file in messages. Raises InputError."""
         values: Values = {}
         for section, content in data.items():
             if section not in self.sections:
@@ -119,6 +122,11 @@ class FieldTable:
         if owners:
             return f" ('{name}' belongs under {owners[0]})"
         return f" (known are {', '.join(self.sections)})"
+
+
+def says_something(text: str) -> bool:
+    """Whether a YAML text holds more than comments."""
+    return any(line.split("#")[0].strip(" \t\r-.") for line in text.splitlines())
 
 
 def _number(value: object) -> float | None:

@@ -121,6 +121,7 @@ class Survey:
         runs = sum(track["runs"] for track in tracks)
         finished = sum(track["finished"] for track in tracks)
         return {
+            "driver": self.setup.driver,
             "setup": self.setup.name,
             "set": {f"{section}.{name}": value for (section, name), value in self.setup.changed.items()},
             "car": self.car.name,

@@ -20,6 +20,8 @@ RACE_KEYS = {
     "track_length",
     "direction",
     "driver",
+    "latency",
+    "skipped_scans",
     "setup",
     "set",
     "car",

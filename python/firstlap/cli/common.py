@@ -16,13 +16,25 @@ from rich.progress import BarColumn, Progress, ProgressColumn, TextColumn, TimeR
 from firstlap.cli.process import silence
 from firstlap.errors import InputError
 from firstlap.race import OPTION_FIELDS
-from firstlap.setup_file import Setup, load_setup
+from firstlap.setup_file import Setup, choose_setup
 
 TrackArgument = Annotated[
     str,
     typer.Argument(metavar="TRACK", help="One of ours by name, a track file, random:SEED, or a ROS map YAML."),
 ]
-SetupOption = Annotated[str, typer.Option("--setup", metavar="SETUP", help="sure, base, race or a YAML file.")]
+DriverOption = Annotated[
+    str | None, typer.Option("--driver", metavar="NAME", help="local, gap, disparity or pid; default: the setup's.")
+]
+SetupOption = Annotated[
+    str | None,
+    typer.Option("--setup", metavar="SETUP", help="sure, base, race, gap, ... or a YAML file; default: the driver's."),
+]
+LatencyOption = Annotated[
+    str,
+    typer.Option(
+        "--latency", metavar="measured|fixed:MS|none", help="How a driver's own compute time delays its commands."
+    ),
+]
 SetOption = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="NAME=VALUE", help="Change one parameter of the setup; repeatable."),
@@ -47,9 +59,9 @@ def fail(message: str, code: int) -> int:
     return code
 
 
-def chosen_setup(setup: str, changes: list[str] | None) -> Setup:
-    """The setup of --setup with the changes of --set. Raises InputError."""
-    loaded = load_setup(setup)
+def chosen_setup(setup: str | None, changes: list[str] | None, driver: str | None = None) -> Setup:
+    """The setup of --driver and --setup with the changes of --set. Raises InputError."""
+    loaded = choose_setup(driver, setup)
     return loaded.with_assignments(changes) if changes else loaded
 
 
