@@ -12,14 +12,18 @@ import numpy.typing as npt
 
 from firstlap import _core
 from firstlap.car_file import Car
-from firstlap.drivers.registry import driver_kind
+from firstlap.drivers.registry import Preparation, driver_kind
 from firstlap.errors import InputError
 from firstlap.race import start_race
-from firstlap.racer import Racer
+from firstlap.racer import step_core
 from firstlap.recordings.recording import Recording
-from firstlap.replay import batches, prepared
-from firstlap.setup_file import Setup
+from firstlap.replay import prepared
+from firstlap.setup_file import LOCAL, Setup
 from firstlap.tracks.track import Track
+
+
+SCANS_BEFORE = 400
+"""That the driver sees before the scan in question: its memory is far shorter."""
 
 
 @dataclass(frozen=True)
@@ -98,32 +102,35 @@ def explain_recording(recording: Recording, setup: Setup, car: Car, index: int, 
     if not -count <= index < count:
         raise InputError(f"{recording.source}: has scans 0 to {count - 1}, asked for {index}")
     index %= count
-    setup, _, remarks = prepared(recording, setup, mask_body)
-    racer = Racer(setup, car)
-    before = recording.first(index)
-    if before is not None:
-        for _ in batches(before, racer):
-            pass
-    angle_min, angle_increment, time_increment, range_min, range_max = recording.headers[index]
-    speed, yaw_rate, steering_angle = recording.states[index].tolist()
-    racer.step(
-        recording.ranges[index],
-        speed=speed,
-        yaw_rate=yaw_rate,
-        steering_angle=steering_angle,
-        dt=float(recording.dts[index]),
-        angle_min=float(angle_min),
-        angle_increment=float(angle_increment),
-        time_increment=float(time_increment),
-        range_min=float(range_min),
-        range_max=float(range_max),
-    )
+    kind = driver_kind(setup.driver)
+    if kind.needs_map:
+        raise InputError(f"{recording.source}: the driver {kind.name} needs a map; scans alone have none")
+    remarks: tuple[str, ...] = ()
+    if kind.name == LOCAL:
+        setup, _, remarks = prepared(recording, setup, mask_body)
+    driver = kind.make(setup.params(car.core), car, Preparation())
+    for i in range(max(0, index - SCANS_BEFORE), index + 1):
+        angle_min, angle_increment, time_increment, range_min, range_max = recording.headers[i].tolist()
+        speed, yaw_rate, steering_angle = recording.states[i].tolist()
+        step_core(
+            driver.core,
+            recording.ranges[i],
+            speed=speed,
+            yaw_rate=yaw_rate,
+            steering_angle=steering_angle,
+            dt=float(recording.dts[i]),
+            angle_min=angle_min,
+            angle_increment=angle_increment,
+            time_increment=time_increment,
+            range_min=range_min,
+            range_max=range_max,
+        )
     return Moment(
         title=f"{recording.name}, scan {index}",
         subtitle=f"{recording.stamps[index]:.2f} s, {setup.title}, car {car.name}, "
         f"{len(recording.ranges[index])} beams, speed from {recording.sources['speed']}",
         driver=setup.driver,
-        trace=racer.trace,
+        trace=driver.trace,
         params=setup.params(car.core).values(),
         car=car.core.values()["geometry"],
         speed=speed,

@@ -59,8 +59,6 @@ def explain(
     if what is None or (at is not None and scan is not None):
         raise InputError("expected TRACK with --at METRES, or RECORDING with --scan K")
     check_writable(plot, PICTURES)
-    if scan is not None and driver not in (None, "local"):
-        raise InputError(f"--driver {driver}: a recording is looked at with the driver local")
     if scan is None:
         moment = explain_race(
             load_track(what),
@@ -73,7 +71,7 @@ def explain(
     else:
         topics = Topics(scan=scan_topic, odom=odom_topic, imu=imu_topic, drive=drive_topic, speed=speed)
         recording = read(Path(what), topics)
-        chosen, loaded_car, remarks = setup_and_car(recording, setup, changes, car)
+        chosen, loaded_car, remarks = setup_and_car(recording, setup, changes, car, driver)
         moment = explain_recording(recording, chosen, loaded_car, scan, mask_body=not keep_body)
         for remark in remarks:
             note(remark)

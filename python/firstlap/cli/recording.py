@@ -12,7 +12,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 from firstlap.car_file import Car, load_car
 from firstlap.cli.common import progress_bar
 from firstlap.recordings import Recording, Topics, load_recording
-from firstlap.setup_file import Setup, load_setup
+from firstlap.setup_file import Setup, choose_setup
 
 ScanTopic = Annotated[str | None, typer.Option("--scan-topic", metavar="TOPIC", help="LaserScan, where there are two.")]
 OdomTopic = Annotated[str | None, typer.Option("--odom-topic", metavar="TOPIC", help="Odometry, or none.")]
@@ -54,18 +54,21 @@ def scans_bar() -> Any:
 
 
 def setup_and_car(
-    recording: Recording, setup: str | None, changes: list[str] | None, car: str | None
+    recording: Recording, setup: str | None, changes: list[str] | None, car: str | None, driver: str | None = None
 ) -> tuple[Setup, Car, list[str]]:
-    """Those asked for, else those of the log, else sure and default; with a remark where they are the log's."""
+    """Those asked for, else those of the log, else the driver's own and default; with a remark where they are the log's.
+
+    driver: None for that of the log, or whatever the setup is for.
+    """
     about, remarks = recording.about, []
-    logged = about.setup if about is not None and about.setup.driver == "local" else None
-    if setup is None and logged is not None:
-        remarks.append(f"setup {logged.name} as the log has it")
-    elif setup is None and about is not None:
-        remarks.append(f"driven by {about.setup.driver}; what local with setup sure would have done")
+    chosen = choose_setup(driver, setup) if about is None or setup is not None else about.setup
+    if about is not None and setup is None:
+        remarks.append(f"setup {about.setup.name} as the log has it")
+        if driver not in (None, about.setup.driver):
+            chosen = choose_setup(driver, None)
+            remarks = [f"driven by {about.setup.driver}; what {driver} with setup {chosen.name} would have done"]
     if about is not None and car is None:
         remarks.append(f"car {about.car.name} as the log has it")
-    chosen = logged if setup is None and logged is not None else load_setup(setup or "sure", "local")
     if changes:
         chosen = chosen.with_assignments(changes)
     loaded = load_car(car) if car is not None else about.car if about is not None else load_car("default")

@@ -73,7 +73,7 @@ def replay(
     started = time.perf_counter()
     loaded = read(recording, topics).between(begin, end)
     reading = time.perf_counter() - started
-    chosen, loaded_car, remarks = setup_and_car(loaded, setup, changes, car)
+    chosen, loaded_car, remarks = setup_and_car(loaded, setup, changes, car, "local")
     with scans_bar() as bar:
         look = watched(bar, "replaying", len(loaded) * (1 if other is None else 2))
         found = run_replay(loaded, chosen, loaded_car, against=other, mask_body=not keep_body, look=look, record=record)
