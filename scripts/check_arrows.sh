@@ -15,4 +15,7 @@ forbid "$(ls ./*.hpp ./*.cpp)" '#include "firstlap/(sim|drivers|maps)/' "the cor
 forbid "$(ls ./*.hpp ./*.cpp)" '#include <(fstream|iostream|chrono|random|thread|mutex|filesystem)>' \
   "the core knows no file, clock, random source or thread"
 forbid "$(ls sim/*)" '#include "firstlap/(drivers|maps)/' "the simulator includes core and itself"
+forbid "$(ls drivers/*)" '#include "firstlap/(sim|maps)/' "the drivers include core and themselves"
+forbid "$(ls drivers/*)" '#include <(fstream|iostream|chrono|random|thread|mutex|filesystem)>' \
+  "the drivers know no file, clock, random source or thread"
 exit $status

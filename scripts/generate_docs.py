@@ -9,9 +9,9 @@ import tempfile
 from pathlib import Path
 
 from firstlap.car_file import CAR_FIELDS
+from firstlap.drivers import DRIVERS, DriverKind
 from firstlap.parameters import Field, FieldTable
 from firstlap.race import OPTION_FIELDS
-from firstlap.setup_file import SETUP_FIELDS
 
 ROOT = Path(__file__).resolve().parents[1]
 HEAD = """<!-- Written by `make docs` from the field tables in cpp/firstlap. Do not edit. -->
@@ -43,18 +43,21 @@ def chapter(title: str, text: str, fields: FieldTable) -> str:
     return "\n\n".join(parts)
 
 
+def driver_chapter(kind: DriverKind) -> str:
+    """The setups of one driver."""
+    first = "" if kind.name == "local" else f" It begins with the line `driver: {kind.name}`."
+    names = "Any of these names also works with `--set NAME=VALUE`."
+    text = f"Sections of a setup file (`--setup FILE`) of the driver `{kind.name}`, {kind.title}.{first} {names}"
+    return chapter(f"Setups of `{kind.name}`", text, kind.fields)
+
+
 def parameters() -> str:
     """docs/parameters.md"""
     return (
         "\n".join(
             [
                 HEAD,
-                chapter(
-                    "Setups",
-                    "Sections of a setup file (`--setup FILE`). Any of these names also works with `--set NAME=VALUE`.",
-                    SETUP_FIELDS,
-                ),
-                "",
+                *(part for kind in DRIVERS.values() for part in (driver_chapter(kind), "")),
                 chapter(
                     "Cars",
                     "Sections of a car file (`--car FILE`). What it leaves out is the default car's, as listed.",

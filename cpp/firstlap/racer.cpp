@@ -4,19 +4,12 @@
 #include <cmath>
 #include <utility>
 
+#include "firstlap/plausible.hpp"
 #include "firstlap/velocity_profile.hpp"
 #include "firstlap/wall_memory.hpp"
 
 namespace firstlap {
 namespace {
-
-constexpr double longest_pause = 0.5;  // [s] between scans; after more, what was seen means nothing
-
-bool plausible(const VehicleState& state, double dt) noexcept {
-  return std::isfinite(state.speed) && std::abs(state.speed) < 50.0 && std::isfinite(state.yaw_rate) &&
-         std::abs(state.yaw_rate) < 50.0 && std::isfinite(state.steering_angle) &&
-         std::abs(state.steering_angle) < 3.2 && std::isfinite(dt) && dt >= 0.0;
-}
 
 // Smallest distance of (x, y) to either wall.
 double wall_distance(const WallsSeen& walls, double x, double y) noexcept {

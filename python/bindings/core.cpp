@@ -146,14 +146,14 @@ nb::dict as_dict(const Trace& trace) {
   return entry;
 }
 
-nb::tuple step(Racer& racer, const Ranges& ranges, double speed, double yaw_rate, double steering_angle, double dt,
+nb::tuple step(Driver& driver, const Ranges& ranges, double speed, double yaw_rate, double steering_angle, double dt,
                double angle_min, double angle_increment, double time_increment, double range_min, double range_max) {
   const LaserScan scan{angle_min, angle_increment, time_increment,
                        range_min, range_max,       {ranges.data(), ranges.shape(0)}};
   StepResult result;
   {
     const nb::gil_scoped_release release;
-    result = racer.step(scan, {speed, yaw_rate, steering_angle}, dt);
+    result = driver.step(scan, {speed, yaw_rate, steering_angle}, dt);
   }
   return as_tuple(result);
 }
@@ -163,13 +163,13 @@ nb::tuple step(Racer& racer, const Ranges& ranges, double speed, double yaw_rate
 void bind_core(nb::module_& m) {
   bind_sections<Params>(m, "Params", "Every parameter of the method, in sections.");
   nb::class_<Driver>(m, "Driver", "Scan and state in, command out.")
-      .def("reset", &Driver::reset, "Forgets everything.");
-  nb::class_<Racer, Driver>(m, "Racer", "The method: one scan in, one command out.")
-      .def(nb::init<const Params&>(), nb::arg("params"), "Raises ValueError with field, value and range.")
+      .def("reset", &Driver::reset, "Forgets everything.")
       .def("step", &step, nb::arg("ranges").noconvert(), nb::arg("speed"), nb::arg("yaw_rate"),
            nb::arg("steering_angle"), nb::arg("dt"), nb::arg("angle_min"), nb::arg("angle_increment"),
            nb::arg("time_increment"), nb::arg("range_min"), nb::arg("range_max"),
-           "Speed [m/s], wheel angle [rad] and status for a float32 scan, which is not copied. Releases the GIL.")
+           "Speed [m/s], wheel angle [rad] and status for a float32 scan, which is not copied. Releases the GIL.");
+  nb::class_<Racer, Driver>(m, "Racer", "The method: one scan in, one command out.")
+      .def(nb::init<const Params&>(), nb::arg("params"), "Raises ValueError with field, value and range.")
       .def(
           "trace", [](const Racer& racer) { return as_dict(racer.trace()); },
           "What the last step saw and thought, as numpy arrays in base_link.");

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "arrays.hpp"
+#include "callback_driver.hpp"
 #include "car_sections.hpp"
 #include "rooms.hpp"
 #include "tables.hpp"
@@ -101,6 +102,7 @@ nb::dict as_dict(const RaceResult& result) {
   entry["distance"] = result.distance;
   entry["laps"] = laps;
   entry["contact"] = as_dict(result.contact);
+  entry["skipped_scans"] = result.skipped_scans;
   entry["compute_times"] = to_numpy(result.compute_times);
   entry["path"] = path_columns(result.path);
   return entry;
@@ -127,10 +129,15 @@ nb::dict as_dict(const LaserScan& scan) {
   return entry;
 }
 
-// At most `scans` periods; false when the race is over.
+// At most `scans` periods; false when the race is over. Raises what a driver in Python raised.
 bool advance(Race& race, int scans) {
-  bool going = !race.over();
-  for (int i = 0; i < scans && going; ++i) going = race.advance();
+  auto* callback = dynamic_cast<CallbackDriver*>(&race.driver());
+  bool going = !race.over() && !(callback && callback->failed());
+  {
+    const nb::gil_scoped_release release;
+    for (int i = 0; i < scans && going; ++i) going = race.advance() && !(callback && callback->failed());
+  }
+  if (callback) callback->raise_error();
   return going;
 }
 
@@ -141,8 +148,9 @@ void bind_race(nb::module_& m) {
       .def(nb::init<const Track&, const Car&, Driver&, const RaceOptions&>(), nb::arg("track"), nb::arg("car"),
            nb::arg("driver"), nb::arg("options"), nb::keep_alive<1, 2>(), nb::keep_alive<1, 4>(),
            "Resets the driver and stands the car on the line. Raises ValueError where that cannot be.")
-      .def("advance", &advance, nb::arg("scans") = 1, nb::call_guard<nb::gil_scoped_release>(),
-           "Drives for so many scan periods, without the GIL. False when the race is over.")
+      .def("advance", &advance, nb::arg("scans") = 1,
+           "Drives for so many scan periods, without the GIL. False when the race is over. Raises what a driver in "
+           "Python raised.")
       .def(
           "result", [](const Race& race) { return as_dict(race.result()); },
           "Outcome, laps, contact, compute times [us] and path (columns, map frame, SI) so far.")

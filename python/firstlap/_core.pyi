@@ -45,19 +45,153 @@ class Driver:
     def reset(self) -> None:
         """Forgets everything."""
 
+    def step(self, ranges: Annotated[NDArray[numpy.float32], dict(shape=(None,), order='C', device='cpu', writable=False)], speed: float, yaw_rate: float, steering_angle: float, dt: float, angle_min: float, angle_increment: float, time_increment: float, range_min: float, range_max: float) -> tuple:
+        """
+        Speed [m/s], wheel angle [rad] and status for a float32 scan, which is not copied. Releases the GIL.
+        """
+
 class Racer(Driver):
     """The method: one scan in, one command out."""
 
     def __init__(self, params: Params) -> None:
         """Raises ValueError with field, value and range."""
 
-    def step(self, ranges: Annotated[NDArray[numpy.float32], dict(shape=(None,), order='C', device='cpu', writable=False)], speed: float, yaw_rate: float, steering_angle: float, dt: float, angle_min: float, angle_increment: float, time_increment: float, range_min: float, range_max: float) -> tuple:
-        """
-        Speed [m/s], wheel angle [rad] and status for a float32 scan, which is not copied. Releases the GIL.
-        """
-
     def trace(self) -> dict:
         """What the last step saw and thought, as numpy arrays in base_link."""
+
+class FollowTheGapParams:
+    """Every parameter of the driver, in sections."""
+
+    @overload
+    def __init__(self) -> None:
+        """Every parameter at its default."""
+
+    @overload
+    def __init__(self, other: FollowTheGapParams) -> None:
+        """A copy."""
+
+    @staticmethod
+    def fields() -> list:
+        """
+        The field table: a list of dicts with section, name, unit, min, max, default, doc and type.
+        """
+
+    def get(self, section: str, name: str) -> object:
+        """One value. Raises KeyError."""
+
+    def set(self, section: str, name: str, value: float) -> None:
+        """
+        Sets one value. Raises KeyError for an unknown name, ValueError for a value out of its range.
+        """
+
+    def values(self) -> dict:
+        """All values, {section: {name: value}}."""
+
+    def validate(self) -> None:
+        """
+        Raises ValueError with field, value and range where a value, or a pair of values, is not allowed.
+        """
+
+class FollowTheGap(Driver):
+    """Steers into the best gap."""
+
+    def __init__(self, params: FollowTheGapParams) -> None:
+        """Raises ValueError with field, value and range."""
+
+    def trace(self) -> dict:
+        """What the last step saw and thought; angles in the laser's frame."""
+
+class DisparityExtenderParams:
+    """Every parameter of the driver, in sections."""
+
+    @overload
+    def __init__(self) -> None:
+        """Every parameter at its default."""
+
+    @overload
+    def __init__(self, other: DisparityExtenderParams) -> None:
+        """A copy."""
+
+    @staticmethod
+    def fields() -> list:
+        """
+        The field table: a list of dicts with section, name, unit, min, max, default, doc and type.
+        """
+
+    def get(self, section: str, name: str) -> object:
+        """One value. Raises KeyError."""
+
+    def set(self, section: str, name: str, value: float) -> None:
+        """
+        Sets one value. Raises KeyError for an unknown name, ValueError for a value out of its range.
+        """
+
+    def values(self) -> dict:
+        """All values, {section: {name: value}}."""
+
+    def validate(self) -> None:
+        """
+        Raises ValueError with field, value and range where a value, or a pair of values, is not allowed.
+        """
+
+class DisparityExtender(Driver):
+    """Steers to where the most way is free."""
+
+    def __init__(self, params: DisparityExtenderParams) -> None:
+        """Raises ValueError with field, value and range."""
+
+    def trace(self) -> dict:
+        """What the last step saw and thought; angles in the laser's frame."""
+
+class CenterPidParams:
+    """Every parameter of the driver, in sections."""
+
+    @overload
+    def __init__(self) -> None:
+        """Every parameter at its default."""
+
+    @overload
+    def __init__(self, other: CenterPidParams) -> None:
+        """A copy."""
+
+    @staticmethod
+    def fields() -> list:
+        """
+        The field table: a list of dicts with section, name, unit, min, max, default, doc and type.
+        """
+
+    def get(self, section: str, name: str) -> object:
+        """One value. Raises KeyError."""
+
+    def set(self, section: str, name: str, value: float) -> None:
+        """
+        Sets one value. Raises KeyError for an unknown name, ValueError for a value out of its range.
+        """
+
+    def values(self) -> dict:
+        """All values, {section: {name: value}}."""
+
+    def validate(self) -> None:
+        """
+        Raises ValueError with field, value and range where a value, or a pair of values, is not allowed.
+        """
+
+class CenterPid(Driver):
+    """Steers to the middle between the walls."""
+
+    def __init__(self, params: CenterPidParams) -> None:
+        """Raises ValueError with field, value and range."""
+
+    def trace(self) -> dict:
+        """What the last step saw and thought; angles in the laser's frame."""
+
+class CallbackDriver(Driver):
+    """A driver that is written in Python."""
+
+    def __init__(self, driver: object) -> None:
+        """
+        `driver` has reset() and step(ranges, speed, yaw_rate, steering_angle, dt, header) -> (speed, steering_angle, status); header is a dict as of a scan. What it raises ends the race.
+        """
 
 class Track:
     """Walls and a closed centerline, as the simulator takes them."""
@@ -159,7 +293,7 @@ class Race:
 
     def advance(self, scans: int = 1) -> bool:
         """
-        Drives for so many scan periods, without the GIL. False when the race is over.
+        Drives for so many scan periods, without the GIL. False when the race is over. Raises what a driver in Python raised.
         """
 
     def result(self) -> dict:

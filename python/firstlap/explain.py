@@ -1,4 +1,4 @@
-"""One step of the method, ready to be looked at."""
+"""One step of a driver, ready to be looked at."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from firstlap import _core
 from firstlap.car_file import Car
+from firstlap.drivers.registry import driver_kind
 from firstlap.errors import InputError
 from firstlap.race import start_race
 from firstlap.racer import Racer
@@ -27,8 +28,10 @@ class Moment:
 
     title: str
     subtitle: str
+    driver: str
     trace: Mapping[str, Any]
     params: Mapping[str, Mapping[str, float]]
+    car: Mapping[str, float]
     speed: float
     yaw_rate: float
     steering_angle: float
@@ -49,8 +52,9 @@ def explain_race(track: Track, setup: Setup, car: Car, at: float, *, seed: int, 
         raise InputError(
             f"--at {at:g}: allowed is 0 to {furthest:.0f} m; a lap of {track.name} is {track.length:.1f} m"
         )
-    racer = Racer(setup, car)
-    running = start_race(track, racer, car, laps=int(at // track.length) + 2, seed=seed)
+    kind = driver_kind(setup.driver)
+    driver = kind.make(setup.params(car.core), car, kind.prepare(track, setup, car, seed, None))
+    running = start_race(track, driver, car, laps=int(at // track.length) + 2, seed=seed)
     going = running.advance()
     while going and _way(running) < at:
         going = running.advance()
@@ -59,10 +63,12 @@ def explain_race(track: Track, setup: Setup, car: Car, at: float, *, seed: int, 
     x, y, yaw = running.pose
     return Moment(
         title=f"{Path(track.name).stem if '/' in track.name else track.name}, {_way(running):.1f} m",
-        subtitle=f"{'reverse, ' if reverse else ''}setup {setup.name}, car {car.name}, seed {seed}, "
+        subtitle=f"{'reverse, ' if reverse else ''}{setup.title}, car {car.name}, seed {seed}, "
         f"{running.time:.2f} s after the start",
-        trace=racer.trace,
+        driver=setup.driver,
+        trace=driver.trace,
         params=setup.params(car.core).values(),
+        car=car.core.values()["geometry"],
         speed=measured["speed"],
         yaw_rate=measured["yaw_rate"],
         steering_angle=measured["steering_angle"],
@@ -114,10 +120,12 @@ def explain_recording(recording: Recording, setup: Setup, car: Car, index: int, 
     )
     return Moment(
         title=f"{recording.name}, scan {index}",
-        subtitle=f"{recording.stamps[index]:.2f} s, setup {setup.name}, car {car.name}, "
+        subtitle=f"{recording.stamps[index]:.2f} s, {setup.title}, car {car.name}, "
         f"{len(recording.ranges[index])} beams, speed from {recording.sources['speed']}",
+        driver=setup.driver,
         trace=racer.trace,
         params=setup.params(car.core).values(),
+        car=car.core.values()["geometry"],
         speed=speed,
         yaw_rate=yaw_rate,
         steering_angle=steering_angle,

@@ -1,7 +1,8 @@
-"""The picture of one step of the method."""
+"""The picture of one step; of the method here."""
 
 from __future__ import annotations
 
+import importlib
 import math
 from collections.abc import Mapping
 from pathlib import Path
@@ -15,6 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon, Rectangle
 
+from firstlap.drivers.registry import driver_kind
 from firstlap.explain import Moment
 from firstlap.plot import BAD, FAINT, INK, LEFT, PAPER, RIGHT, coloured_line, new_figure, save
 
@@ -36,17 +38,28 @@ Points = npt.NDArray[np.float64]
 
 
 def plot_moment(moment: Moment, path: str | Path) -> None:
-    """Writes the picture of `moment`. Raises InputError."""
+    """Writes the picture of `moment`, in its driver's way. Raises InputError."""
+    module, _, function = driver_kind(moment.driver).picture.partition(":")
+    save(getattr(importlib.import_module(module), function)(moment), path)
+
+
+def draw_local(moment: Moment) -> Figure:
+    """The picture of a step of the method."""
     figure = new_figure(*SIZE)
     scene = figure.add_axes(SCENE)
     _draw_scene(scene, moment)
-    _write_head(figure, moment)
+    trace = moment.trace
+    facts = f"track width remembered {trace['width']:.2f} m"
+    if len(trace["path"]["s"]):
+        facts += f"   path {trace['path']['s'][-1] - trace['path']['s'][trace['nearest']]:.1f} m ahead"
+    write_head(figure, moment, facts)
     _draw_terms(figure.add_axes((0.775, 0.555, 0.205, 0.225)), moment)
     _draw_profile(figure.add_axes((0.715, 0.09, 0.265, 0.345)), moment)
-    save(figure, path)
+    return figure
 
 
-def _write_head(figure: Figure, moment: Moment) -> None:
+def write_head(figure: Figure, moment: Moment, facts: str) -> None:
+    """Title, status, command, what was measured, and a line of facts."""
     speed, angle, status = moment.trace["result"]
     figure.text(0.02, 0.962, moment.title, fontsize=19, fontweight="bold", color=INK, va="center", parse_math=False)
     figure.text(0.02, 0.928, moment.subtitle, fontsize=10.5, color=INK, va="center", parse_math=False)
@@ -62,10 +75,6 @@ def _write_head(figure: Figure, moment: Moment) -> None:
         figure.text(0.69, height, name, fontsize=12, color=INK, va="center")
         figure.text(0.77, height, first, fontsize=12, color=INK, va="center", family="monospace")
         figure.text(0.85, height, second, fontsize=12, color=INK, va="center", family="monospace")
-    trace = moment.trace
-    facts = f"track width remembered {trace['width']:.2f} m"
-    if len(trace["path"]["s"]):
-        facts += f"   path {trace['path']['s'][-1] - trace['path']['s'][trace['nearest']]:.1f} m ahead"
     figure.text(0.69, 0.843, facts, fontsize=10.5, color=INK, va="center")
 
 
@@ -86,7 +95,7 @@ def _draw_scene(axes: Axes, moment: Moment) -> None:
     _draw_points(axes, moment.trace)
     _draw_line(axes, moment.trace)
     _draw_path(axes, moment.trace)
-    _draw_car(axes, moment.params["car"], moment.steering_angle, moment.trace["result"][1])
+    draw_car(axes, moment.params["car"], moment.steering_angle, moment.trace["result"][1])
     _draw_legend(axes, moment)
 
 
@@ -174,7 +183,7 @@ def _draw_path(axes: Axes, trace: Mapping[str, Any]) -> None:
     )
 
 
-def _draw_car(axes: Axes, car: Mapping[str, float], measured: float, commanded: float) -> None:
+def draw_car(axes: Axes, car: Mapping[str, float], measured: float, commanded: float) -> None:
     """Outline, wheels at the measured angle, the commanded angle as an arrow from the front axle."""
     rear, length, width, wheelbase = -car["rear_overhang"], car["length"], car["width"], car["wheelbase"]
     axes.add_patch(

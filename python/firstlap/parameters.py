@@ -81,13 +81,13 @@ class FieldTable:
             raise InputError(f"{where}: {field.key} is {shown}, outside of what is allowed: {field.range}")
         return number if field.type == "float" else int(number)
 
-    def parse_assignment(self, text: str) -> tuple[Field, Value]:
+    def parse_assignment(self, text: str, option: str = "--set", example: str = "k_ang=0.3") -> tuple[Field, Value]:
         """NAME=VALUE, as of the option --set. Raises InputError."""
         name, equals, value = text.partition("=")
         if not equals or not name.strip() or not value.strip():
-            raise InputError(f"--set {text[:60]}: expected NAME=VALUE, for example --set k_ang=0.3")
-        field = self.find(name.strip(), "--set")
-        return field, self.check(field, value.strip(), "--set")
+            raise InputError(f"{option} {text[:60]}: expected NAME=VALUE, for example {option} {example}")
+        field = self.find(name.strip(), option)
+        return field, self.check(field, value.strip(), option)
 
     def read(self, path: Path) -> Values:
         """The values in a YAML file of sections. Raises InputError."""
@@ -95,9 +95,12 @@ class FieldTable:
 
     def parse(self, text: str, where: str) -> Values:
         """The values in the text of a YAML file; `where` names the file in messages. Raises InputError."""
-        if not any(line.split("#")[0].strip(" \t\r-.") for line in text.splitlines()):
+        if not says_something(text):
             raise InputError(f"{where}: nothing but comments; expected sections ({', '.join(self.sections)})")
-        data = parse_mapping(text, where)
+        return self.check_sections(parse_mapping(text, where), where)
+
+    def check_sections(self, data: Mapping[Any, Any], where: str) -> Values:
+        """The values in {section: {name: value}}; `where` names the file in messages. Raises InputError."""
         values: Values = {}
         for section, content in data.items():
             if section not in self.sections:
@@ -119,6 +122,11 @@ class FieldTable:
         if owners:
             return f" ('{name}' belongs under {owners[0]})"
         return f" (known are {', '.join(self.sections)})"
+
+
+def says_something(text: str) -> bool:
+    """Whether a YAML text holds more than comments."""
+    return any(line.split("#")[0].strip(" \t\r-.") for line in text.splitlines())
 
 
 def _number(value: object) -> float | None:

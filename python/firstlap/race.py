@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -13,10 +13,10 @@ import numpy.typing as npt
 
 from firstlap import _core
 from firstlap.car_file import Car, load_car
+from firstlap.drivers.registry import Handle, Preparation, driver_kind
 from firstlap.errors import InputError
 from firstlap.parameters import FieldTable
-from firstlap.racer import Racer
-from firstlap.setup_file import Setup, load_setup
+from firstlap.setup_file import Setup, choose_setup
 from firstlap.simulate import core_track
 from firstlap.tracks.track import Track
 
@@ -52,8 +52,10 @@ class RaceResult:
     """What a race leaves behind.
 
     outcome: finished, contact, stuck, timeout, wrong_way, or running when it was interrupted.
+    options: what was asked for of the field table `RaceOptions`, laps and seed aside.
     path: columns, one entry per scan, map frame and SI: time, x, y, yaw, speed, s, lateral_offset, ...
-    compute_times: (steps,) microseconds of each driver step, by the wall clock.
+    compute_times: (steps,) microseconds of each driver step, by the wall clock. skipped_scans: that came while the
+    driver was busy and were overtaken by the next. latency: what of the compute time delayed the commands.
     """
 
     track: Track
@@ -68,6 +70,9 @@ class RaceResult:
     contact: Contact | None
     compute_times: npt.NDArray[np.float32]
     path: dict[str, npt.NDArray[Any]]
+    options: Mapping[str, float] = field(default_factory=dict)
+    skipped_scans: int = 0
+    latency: str = "none"
 
     @property
     def finished(self) -> bool:
@@ -96,15 +101,18 @@ class RaceResult:
             "track": self.track.name,
             "track_length": round(self.track.length, 6),
             "direction": self.direction,
-            "driver": "firstlap",
+            "driver": self.setup.driver,
             "setup": self.setup.name,
             "set": changed,
             "car": self.car.name,
+            "options": dict(self.options),
             "seed": self.seed,
             "outcome": self.outcome,
             "laps": [asdict(lap) for lap in self.laps],
             "best": self.best,
             "contact": asdict(self.contact) if self.contact else None,
+            "latency": self.latency,
+            "skipped_scans": self.skipped_scans,
             "compute": self.compute,
         }
 
@@ -115,9 +123,26 @@ class RaceResult:
         plot_race(self, path)
 
 
+def latency_options(latency: str) -> dict[str, float]:
+    """Race options for measured, fixed:MS or none. Raises InputError."""
+    if latency == "none":
+        return {}
+    if latency == "measured":
+        return {"measure_latency": True}
+    word, colon, number = latency.partition(":")
+    longest = 1000.0 * OPTION_FIELDS.find("compute_latency", "latency").max
+    try:
+        milliseconds = float(number)
+    except ValueError:
+        milliseconds = -1.0
+    if word != "fixed" or not colon or not 0.0 <= milliseconds <= longest:
+        raise InputError(f"latency '{latency[:40]}': expected measured, none, or fixed:MS with 0 to {longest:g} ms")
+    return {"compute_latency": milliseconds / 1000.0}
+
+
 def start_race(
     track: Track,
-    racer: Racer,
+    driver: Handle,
     car: Car,
     *,
     laps: int = 3,
@@ -127,47 +152,56 @@ def start_race(
     """A race that has not begun, for stepping. Raises InputError where it cannot begin."""
     core_options = _core.RaceOptions()
     for name, value in {"laps": laps, **(options or {})}.items():
-        field = OPTION_FIELDS.find(name, "race options")
-        core_options.set(field.section, field.name, OPTION_FIELDS.check(field, value, "race options"))
+        entry = OPTION_FIELDS.find(name, "race options")
+        core_options.set(entry.section, entry.name, OPTION_FIELDS.check(entry, value, "race options"))
     if not 0 <= seed < 2**64:
         raise InputError(f"seed is {seed}, outside of what is allowed: 0 to 2^64 - 1")
     core_options.seed = seed
     try:
-        return _core.Race(core_track(track), car.core, racer.core, core_options)
+        return _core.Race(core_track(track), car.core, driver.core, core_options)
     except ValueError as error:
         raise InputError(f"{track.name}: {error}") from None
 
 
 def race(
     track: Track,
-    setup: str | Setup = "sure",
+    setup: str | Setup | None = None,
     car: str | Car = "default",
     *,
+    driver: str | None = None,
     laps: int = 3,
     seed: int = 1,
     reverse: bool = False,
+    latency: str = "none",
+    preparation: Preparation | None = None,
     options: Mapping[str, float] | None = None,
     look: Callable[[_core.Race], object] | None = None,
     record: str | Path | None = None,
 ) -> RaceResult:
     """Races until the laps are driven, or the car touches a wall, stands, or turns back.
 
-    setup, car: a name, a file, or a loaded one. seed: of everything random. options: of the field table
-    `RaceOptions`, such as mu_scale or compute_latency. look: called about once a simulated second with the race so
-    far; an exception from it ends the race. record: an .mcap file for its log, see docs/recordings.md.
-    Raises InputError.
+    setup, car: a name, a file, or a loaded one. driver: its name; default: the setup's, or local. seed: of everything
+    random. latency: measured, fixed:MS or none, how the driver's compute time delays its commands. preparation: what
+    the driver made of the track before, where it needs a map (it prepares itself otherwise). options: of the field
+    table `RaceOptions`, such as mu_scale. look: called about once a simulated second with the race so far; an
+    exception from it ends the race. record: an .mcap file for its log, see docs/recordings.md. Raises InputError.
     """
-    setup = setup if isinstance(setup, Setup) else load_setup(setup)
+    setup = choose_setup(driver, setup)
+    kind = driver_kind(setup.driver)
+    delay = latency_options(latency)
     car = car if isinstance(car, Car) else load_car(car)
     if reverse:
         track = track.reversed()
-    racer = Racer(setup, car)
-    running = start_race(track, racer, car, laps=laps, seed=seed, options=options)
+    if preparation is None:
+        preparation = kind.prepare(track, setup, car, seed, None)
+    handle = kind.make(setup.params(car.core), car, preparation)
+    running = start_race(track, handle, car, laps=laps, seed=seed, options={**delay, **(options or {})})
     if record is not None:
         from firstlap.recordings.race_log import drive_and_log, race_about
 
         what = f"{track.name}{', reverse' if reverse else ''}"
-        drive_and_log(running, racer.core, race_about(running, setup, car, what, seed), record, look)
+        racer = handle.core if isinstance(handle.core, _core.Racer) else None
+        drive_and_log(running, racer, race_about(running, setup, car, what, seed), record, look)
     while running.advance(SCANS_PER_LOOK):
         if look:
             look(running)
@@ -185,4 +219,7 @@ def race(
         contact=Contact(**found["contact"]) if found["contact"] else None,
         compute_times=found["compute_times"],
         path=found["path"],
+        options=dict(options or {}),
+        skipped_scans=found["skipped_scans"],
+        latency=latency,
     )

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from firstlap import _core
 from firstlap.car_file import Car
-from firstlap.setup_file import Setup, load_setup
+from firstlap.setup_file import Setup, choose_setup
 
 
 class Command(NamedTuple):
@@ -21,12 +21,32 @@ class Command(NamedTuple):
     status: str
 
 
+def step_core(
+    core: _core.Driver,
+    ranges: npt.ArrayLike,
+    *,
+    speed: float,
+    yaw_rate: float = 0.0,
+    steering_angle: float = 0.0,
+    dt: float = 0.025,
+    angle_min: float = -0.75 * math.pi,
+    angle_increment: float = math.pi / 720.0,
+    time_increment: float = 0.0,
+    range_min: float = 0.06,
+    range_max: float = 30.0,
+) -> Command:
+    """One step of any driver of the core; arguments as of `Racer.step`."""
+    scan = np.ascontiguousarray(ranges, dtype=np.float32).reshape(-1)
+    header = (angle_min, angle_increment, time_increment, range_min, range_max)
+    return Command(*core.step(scan, speed, yaw_rate, steering_angle, dt, *header))
+
+
 class Racer:
     """The whole method with its memory: call `step` once per scan."""
 
     def __init__(self, setup: str | Setup = "sure", car: Car | None = None) -> None:
         """setup: a name, a file or a Setup. car: its body replaces what the setup does not say itself."""
-        self.setup = setup if isinstance(setup, Setup) else load_setup(setup)
+        self.setup = choose_setup("local", setup)
         self.core = _core.Racer(self.setup.params(car.core if car else None))
 
     def step(
@@ -52,20 +72,18 @@ class Racer:
         angle_min, angle_increment: of the first beam and between beams, rad; default: 1081 beams over 270 degrees.
         time_increment: seconds between beams; 0 when all belong to one moment.
         """
-        scan = np.ascontiguousarray(ranges, dtype=np.float32).reshape(-1)
-        return Command(
-            *self.core.step(
-                scan,
-                speed,
-                yaw_rate,
-                steering_angle,
-                dt,
-                angle_min,
-                angle_increment,
-                time_increment,
-                range_min,
-                range_max,
-            )
+        return step_core(
+            self.core,
+            ranges,
+            speed=speed,
+            yaw_rate=yaw_rate,
+            steering_angle=steering_angle,
+            dt=dt,
+            angle_min=angle_min,
+            angle_increment=angle_increment,
+            time_increment=time_increment,
+            range_min=range_min,
+            range_max=range_max,
         )
 
     @property

@@ -35,10 +35,12 @@ def check_rules(setup: Setup, car: Car) -> list[Rule]:
         for name, value in values.items()
     }
     car_values = {section: dict(values) for section, values in car.core.values().items()}
+    if setup.driver != "local":
+        return _grip(parameters, car_values["vehicle"], "speed") if "speed.a_y_max" in parameters else []
     return [
         *_neutral(parameters),
         _delay(parameters, car_values["vehicle"]),
-        *_grip(parameters, car_values["vehicle"]),
+        *_grip(parameters, car_values["vehicle"], "velocity_profile"),
         _speed_loop(parameters, car_values["vehicle"]),
     ]
 
@@ -105,12 +107,12 @@ def _delay(p: dict[str, float], vehicle: dict[str, float]) -> Rule:
     )
 
 
-def _grip(p: dict[str, float], vehicle: dict[str, float]) -> list[Rule]:
-    """What the profile asks for against what the tyres have."""
+def _grip(p: dict[str, float], vehicle: dict[str, float], section: str) -> list[Rule]:
+    """What the speeds of `section` ask for against what the tyres have."""
     friction = vehicle["friction"] * min(vehicle["front_d"], vehicle["rear_d"])
     grip = GRIP_SHARE * friction * GRAVITY
-    a_y = p["velocity_profile.a_y_max"]
-    v_min = p["velocity_profile.v_min"]
+    a_y = p[f"{section}.a_y_max"]
+    v_min = p[f"{section}.v_min"]
     tightest = math.tan(p["car.steering_limit"]) / p["car.wheelbase"]
     demand = v_min**2 * tightest
     radius = v_min**2 / grip

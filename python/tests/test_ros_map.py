@@ -199,7 +199,7 @@ def test_the_direction_is_counter_clockwise_unless_the_start_says_otherwise(tmp_
         (HEADER.replace("image: map.png\n", ""), "missing 'image'"),
         (HEADER.replace("map.png", "other.png"), "no such image"),
         (HEADER.replace("map.png", "map.yaml"), "not a readable image"),
-        (HEADER.replace("map.png", "."), "no such image"),
+        (HEADER.replace("map.png", "."), "is a folder"),
         (HEADER.replace("map.png", "[1]"), "expected a file name"),
         (HEADER.replace("0.05", "0"), "resolution"),
         (HEADER.replace("0.05", "-1"), "resolution"),

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
+#include <utility>
 
 #include "firstlap/sim/contact.hpp"
 
@@ -44,7 +45,9 @@ Race::Race(const Track& track, const Car& car, Driver& driver, const RaceOptions
       sensors_(car_.sensors, options.seed),
       lidar_rng_(options.seed, 1),
       period_(1.0 / car_.lidar.rate),
-      ranges_(static_cast<std::size_t>(car_.lidar.beams)) {
+      ranges_(static_cast<std::size_t>(car_.lidar.beams)),
+      waiting_ranges_(ranges_.size()),
+      given_(ranges_.size()) {
   steps_per_scan_ = static_cast<int>(std::ceil(period_ / car_.vehicle.step_dt - 1e-9));
   step_ = period_ / steps_per_scan_;
   vehicle_.reset(start_pose(progress_, options_));
@@ -62,8 +65,8 @@ bool Race::advance() {
   if (over()) return false;
   ++scans_;
   lidar_.add_noise(ranges_, lidar_rng_);
-  measured_ = sensors_.measure(result_.time);
-  drive();
+  receive();
+  if (options_.record_path) record();
   check_rules();
   return !over();
 }
@@ -78,6 +81,7 @@ void Race::move(int i) {
   sweep(before, after, i);
   check_laps(std::hypot(after.x - before.x, after.y - before.y));
   if (!over()) check_contact();
+  if (!over()) drive_if_free();
 }
 
 // The beams that fall into the i-th step, from the pose in the middle of their time. The last beam is measured
@@ -139,15 +143,37 @@ void Race::check_contact() {
   result_.outcome = Outcome::contact;
 }
 
+// A new scan; one that still waits has come too late for ever.
+void Race::receive() {
+  if (waiting_) ++result_.skipped_scans;
+  waiting_ranges_ = ranges_;
+  waiting_state_ = sensors_.measure(result_.time);
+  waiting_scan_ = scans_;
+  waiting_ = true;
+  drive_if_free();
+}
+
+void Race::drive_if_free() {
+  if (waiting_ && result_.time + 1e-9 >= busy_until_) drive();
+}
+
 void Race::drive() {
   using Clock = std::chrono::steady_clock;
-  const LaserScan scan = lidar_.view(ranges_);
+  std::swap(given_, waiting_ranges_);
+  measured_ = waiting_state_;
+  waiting_ = false;
+  const LaserScan scan = lidar_.view(given_);
+  const double dt = period_ * static_cast<double>(waiting_scan_ - std::exchange(driven_scan_, waiting_scan_));
   const Clock::time_point begin = Clock::now();
-  last_ = driver_->step(scan, measured_, period_);
-  const std::chrono::duration<float, std::micro> spent = Clock::now() - begin;
-  result_.compute_times.push_back(spent.count());
-  vehicle_.command(last_.command, options_.compute_latency);
-  if (options_.record_path) record();
+  last_ = driver_->step(scan, measured_, dt);
+  const std::chrono::duration<double> spent = Clock::now() - begin;
+  result_.compute_times.push_back(static_cast<float>(1e6 * spent.count()));
+
+  // Physics stands at its steps; the driver began as soon as it had both time and scan.
+  const double scanned = static_cast<double>(waiting_scan_) * period_;
+  const double begun = std::min(std::max(busy_until_, scanned), result_.time);
+  busy_until_ = begun + (options_.measure_latency ? spent.count() : options_.compute_latency);
+  vehicle_.command(last_.command, std::max(busy_until_ - result_.time, 0.0));
 }
 
 void Race::record() {

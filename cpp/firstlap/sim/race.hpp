@@ -1,5 +1,6 @@
 // One car, one track, one driver, some laps. The race is stepped scan by scan; the same seed gives the same
-// race, bit for bit.
+// race, bit for bit. The driver computes over one scan at a time: while it is busy the newest scan waits, older
+// ones are skipped, and its command comes when it is done.
 #pragma once
 
 #include <cstdint>
@@ -33,6 +34,7 @@ struct RaceOptions {
   double mu_scale = 1.0;
   double delay_extra = 0.0;
   double compute_latency = 0.0;
+  bool measure_latency = false;
   double timeout_speed = 0.3;
   double stuck_speed = 0.05;
   double stuck_time = 3.0;
@@ -48,7 +50,9 @@ struct RaceOptions {
         Field{"start_yaw", &P::start_yaw, "rad", -3.2, 3.2, "start turned left of the centerline"},
         Field{"mu_scale", &P::mu_scale, "", 0.05, 3.0, "times the car's friction"},
         Field{"delay_extra", &P::delay_extra, "s", 0.0, 0.3, "added to steering and speed delay"},
-        Field{"compute_latency", &P::compute_latency, "s", 0.0, 0.3, "from scan to command"},
+        Field{"compute_latency", &P::compute_latency, "s", 0.0, 0.3, "the driver computes this long over a scan"},
+        Field{"measure_latency", &P::measure_latency, "", 0.0, 1.0,
+              "it computes as long as it really does, by the wall clock: no two races are the same"},
         Field{"timeout_speed", &P::timeout_speed, "m/s", 0.0, 10.0, "a lap slower than this mean is a timeout"},
         Field{"stuck_speed", &P::stuck_speed, "m/s", 0.0, 1.0, "slower than this counts as standing"},
         Field{"stuck_time", &P::stuck_time, "s", 0.1, 1000.0, "standing this long ends the race"},
@@ -79,11 +83,12 @@ class Race {
   Pose2 pose() const noexcept { return vehicle_.pose(); }                        // base_link, true
   VehicleState state() const noexcept { return vehicle_.state(); }               // true
   VehicleState measured() const noexcept { return measured_; }                   // what the driver was given last
-  LaserScan scan() const noexcept { return lidar_.view(ranges_); }               // what the driver was given last
+  LaserScan scan() const noexcept { return lidar_.view(given_); }                // what the driver was given last
   StepResult step_result() const noexcept { return last_; }                      // what the driver gave last
   double s() const noexcept { return progress_.s(); }                            // [m]
   double lateral_offset() const noexcept { return progress_.lateral_offset(); }  // [m]
   double track_length() const noexcept { return progress_.length(); }            // [m]
+  Driver& driver() const noexcept { return *driver_; }
 
  private:
   void move(int i);
@@ -91,6 +96,8 @@ class Race {
   void check_laps(double distance);
   void check_contact();
   void check_rules();
+  void receive();
+  void drive_if_free();
   void drive();
   void record();
   Pose2 laser_pose(const Pose2& base_link) const noexcept;
@@ -112,8 +119,13 @@ class Race {
   double best_travelled_ = 0.0, standing_since_ = 0.0;
   double clearance_bound_ = 0.0;
   Pose2 last_pose_{};
-  std::vector<float> ranges_;
-  VehicleState measured_{};
+  std::vector<float> ranges_;          // of the sweep under way
+  std::vector<float> waiting_ranges_;  // of the scan that waits for the driver
+  std::vector<float> given_;           // of the scan that the driver was given last
+  bool waiting_ = false;
+  double busy_until_ = 0.0;  // [s] when the driver is done with the last one
+  long driven_scan_ = 0, waiting_scan_ = 0;
+  VehicleState measured_{}, waiting_state_{};
   StepResult last_{};
   RaceResult result_{};
 };

@@ -60,6 +60,7 @@ struct RaceResult {
   std::vector<Lap> laps;
   std::optional<Contact> contact;
   std::vector<float> compute_times;  // [us] of each driver step, by the wall clock; never influences the race
+  long skipped_scans = 0;            // which the driver never saw, because it was busy
   std::vector<PathSample> path;      // empty unless options.record_path
 };
 

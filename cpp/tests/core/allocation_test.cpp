@@ -5,6 +5,7 @@
 #include <new>
 #include <vector>
 
+#include "tests/core/allocations.hpp"
 #include "tests/core/random_inputs.hpp"
 
 // The compiler inlines these pairs halfway and takes them for mismatched.
@@ -12,9 +13,14 @@
 #pragma GCC diagnostic ignored "-Wmismatched-new-delete"
 #endif
 
-namespace {
+namespace firstlap::scene {
 thread_local bool counting = false;
 thread_local long allocations = 0;
+}  // namespace firstlap::scene
+
+namespace {
+using firstlap::scene::allocations;
+using firstlap::scene::counting;
 
 void* counted(std::size_t size, std::size_t alignment) {
   if (counting) ++allocations;

@@ -1,5 +1,6 @@
 #include "firstlap/sim/race.hpp"
 
+#include <chrono>
 #include <cmath>
 #include <gtest/gtest.h>
 
@@ -166,6 +167,69 @@ TEST(Race, ComputeLatencyDelaysTheCommand) {
   };
   EXPECT_GT(speed_after(0.0), 0.4);
   EXPECT_EQ(speed_after(0.1), 0.0);
+}
+
+// Steers by the count of its steps, so that every command is another one; takes real time where asked to.
+class SlowDriver : public Driver {
+ public:
+  explicit SlowDriver(double seconds = 0.0) : seconds_(seconds) {}
+  StepResult step(const LaserScan&, const VehicleState&, double dt) noexcept override {
+    pauses.push_back(dt);
+    const auto begin = std::chrono::steady_clock::now();
+    while (std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count() < seconds_) {
+    }
+    return {{1.0, 0.0}, Status::ok};
+  }
+  void reset() noexcept override { pauses.reserve(1000); }
+  std::vector<double> pauses{};
+
+ private:
+  double seconds_;
+};
+
+TEST(Race, ADriverWithinItsPeriodSeesEveryScanAndOneThatIsLaterSkipsSome) {
+  const Track track = annulus(5.0, 1.0);
+  const auto drive = [&](double latency, SlowDriver& driver) {
+    Race race(track, quiet(default_car()), driver, {.compute_latency = latency});
+    for (int i = 0; i < 41; ++i) race.advance();
+    return race.take_result();
+  };
+  SlowDriver quick, late, later;
+  EXPECT_EQ(drive(0.024, quick).skipped_scans, 0);
+  EXPECT_EQ(quick.pauses.size(), 41U);
+  // 60 ms over each scan: it begins with the newest scan as soon as it is free, at 25, 85, 145 ms, ...
+  const RaceResult result = drive(0.06, late);
+  EXPECT_NEAR(static_cast<double>(late.pauses.size()), 1.0 + 1.0 / 0.06, 1.01);
+  EXPECT_EQ(late.pauses.size() + static_cast<std::size_t>(result.skipped_scans) + 1, 41U) << "one still waits";
+  EXPECT_EQ(result.compute_times.size(), late.pauses.size());
+  EXPECT_NEAR(late.pauses[1], 0.05, 1e-9) << "dt is that between the scans it saw";
+  drive(0.25, later);
+  EXPECT_LE(later.pauses.size(), 5U);
+}
+
+TEST(Race, ALateDriverGoesOffWhereTheSameOneInTimeStaysOnTheTrack) {
+  const Track track = wavy_track(400, 1.2, 0.1);
+  CenterDriver driver(3.0);
+  EXPECT_EQ(run(track, default_car(), driver, {.laps = 1}).outcome, Outcome::finished);
+  EXPECT_EQ(run(track, default_car(), driver, {.laps = 1, .compute_latency = 0.3}).outcome, Outcome::contact);
+}
+
+TEST(Race, AFixedLatencyIsRepeatable) {
+  const Track track = wavy_track(400, 1.2, 0.1);
+  CenterDriver driver(2.0);
+  const RaceOptions options{.laps = 1, .seed = 5, .compute_latency = 0.033};
+  expect_identical(run(track, default_car(), driver, options), run(track, default_car(), driver, options));
+}
+
+TEST(Race, AMeasuredLatencyIsTheTimeThatTheDriverReallyTook) {
+  const Track track = annulus(5.0, 1.0);
+  SlowDriver slow(0.03), quick;
+  Race race(track, quiet(default_car()), slow, {.measure_latency = true});
+  for (int i = 0; i < 12; ++i) race.advance();
+  EXPECT_GE(race.result().skipped_scans, 1) << "30 ms do not fit between two scans";
+  Race other(track, quiet(default_car()), slow, {.measure_latency = false});
+  for (int i = 0; i < 12; ++i) other.advance();
+  EXPECT_EQ(other.result().skipped_scans, 0);
 }
 
 TEST(Race, StartsAnywhereAndCountsLapsFromThere) {

@@ -38,7 +38,7 @@ def bench(
     """Time a step, a scan and a whole race on one core, with a reference in the same run."""
     found = {
         "version": __version__,
-        **run_bench(load_track(track), chosen_setup(setup, changes), load_car(car)),
+        **run_bench(load_track(track), chosen_setup(setup, changes, "local"), load_car(car)),
     }
     if as_json:
         print_json(found)

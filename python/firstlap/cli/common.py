@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Annotated, Any
 
@@ -13,16 +13,37 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, Progress, ProgressColumn, TextColumn, TimeRemainingColumn
 
-from firstlap.setup_file import Setup, load_setup
+from firstlap.cli.process import silence
+from firstlap.errors import InputError
+from firstlap.race import OPTION_FIELDS
+from firstlap.setup_file import Setup, choose_setup
 
 TrackArgument = Annotated[
     str,
     typer.Argument(metavar="TRACK", help="One of ours by name, a track file, random:SEED, or a ROS map YAML."),
 ]
-SetupOption = Annotated[str, typer.Option("--setup", metavar="SETUP", help="sure, base, race or a YAML file.")]
+DriverOption = Annotated[
+    str | None, typer.Option("--driver", metavar="NAME", help="local, gap, disparity or pid; default: the setup's.")
+]
+SetupOption = Annotated[
+    str | None,
+    typer.Option("--setup", metavar="SETUP", help="sure, base, race, gap, ... or a YAML file; default: the driver's."),
+]
+LatencyOption = Annotated[
+    str,
+    typer.Option(
+        "--latency", metavar="measured|fixed:MS|none", help="How a driver's own compute time delays its commands."
+    ),
+]
 SetOption = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="NAME=VALUE", help="Change one parameter of the setup; repeatable."),
+]
+ConditionOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--option", metavar="NAME=VALUE", help="Change a condition of the race, such as mu_scale=0.85; repeatable."
+    ),
 ]
 CarOption = Annotated[str, typer.Option("--car", metavar="CAR", help="default, nuc2, gym or a YAML file.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
@@ -31,14 +52,34 @@ LapsOption = Annotated[int, typer.Option("--laps", min=1, max=100_000, help="Lap
 
 def fail(message: str, code: int) -> int:
     """Says in one line on stderr what was wrong; returns the exit code."""
-    print("error: " + " ".join(message.split()), file=sys.stderr)
+    try:
+        print("error: " + " ".join(message.split()), file=sys.stderr, flush=True)
+    except OSError:
+        silence(sys.stderr)
     return code
 
 
-def chosen_setup(setup: str, changes: list[str] | None) -> Setup:
-    """The setup of --setup with the changes of --set. Raises InputError."""
-    loaded = load_setup(setup)
+def chosen_setup(setup: str | None, changes: list[str] | None, driver: str | None = None) -> Setup:
+    """The setup of --driver and --setup with the changes of --set. Raises InputError."""
+    loaded = choose_setup(driver, setup)
     return loaded.with_assignments(changes) if changes else loaded
+
+
+def chosen_options(assignments: list[str] | None) -> dict[str, float]:
+    """The race options of --option; what has an option of its own is not among them. Raises InputError."""
+    chosen: dict[str, float] = {}
+    for text in assignments or []:
+        field, value = OPTION_FIELDS.parse_assignment(text, "--option", "mu_scale=0.85")
+        if field.name in ("laps", "record_path"):
+            instead = "use --laps" if field.name == "laps" else "every race keeps its path"
+            raise InputError(f"--option {text[:60]}: {field.name} is not an option here; {instead}")
+        chosen[field.name] = value
+    return chosen
+
+
+def described_options(options: Mapping[str, float]) -> str:
+    """ ", NAME VALUE" each, for titles."""
+    return "".join(f", {name} {value:g}" for name, value in options.items())
 
 
 def print_json(data: dict[str, Any]) -> None:

@@ -9,7 +9,7 @@ import typer
 from rich.markup import escape
 
 from firstlap.car_file import load_car
-from firstlap.cli.common import SetOption, chosen_setup, console, note
+from firstlap.cli.common import DriverOption, SetOption, chosen_setup, console, note
 from firstlap.cli.recording import (
     CarOfRecording,
     DriveTopic,
@@ -37,6 +37,7 @@ def explain(
     scan: Annotated[
         int | None, typer.Option("--scan", metavar="K", help="Which scan of the recording; -1 is the last.")
     ] = None,
+    driver: DriverOption = None,
     setup: SetupOfRecording = None,
     changes: SetOption = None,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Of everything random in a race.")] = 1,
@@ -50,7 +51,7 @@ def explain(
     keep_body: KeepBody = False,
     plot: Annotated[Path, typer.Option("--plot", metavar="FILE", help="Where the picture goes.")] = Path("explain.png"),
 ) -> int:
-    """Draw one step of the method: what it saw, what it made of it, and why it steers as it does."""
+    """Draw one step of a driver: what it saw, what it made of it, and why it steers as it does."""
     from firstlap.explain import explain_race, explain_recording
     from firstlap.explain_plot import plot_moment
     from firstlap.plot import PICTURES
@@ -58,10 +59,12 @@ def explain(
     if what is None or (at is not None and scan is not None):
         raise InputError("expected TRACK with --at METRES, or RECORDING with --scan K")
     check_writable(plot, PICTURES)
+    if scan is not None and driver not in (None, "local"):
+        raise InputError(f"--driver {driver}: a recording is looked at with the driver local")
     if scan is None:
         moment = explain_race(
             load_track(what),
-            chosen_setup(setup or "sure", changes),
+            chosen_setup(setup, changes, driver),
             load_car(car or "default"),
             at or 0.0,
             seed=seed,

@@ -58,11 +58,14 @@ def setup_and_car(
 ) -> tuple[Setup, Car, list[str]]:
     """Those asked for, else those of the log, else sure and default; with a remark where they are the log's."""
     about, remarks = recording.about, []
-    if about is not None and setup is None:
-        remarks.append(f"setup {about.setup.name} as the log has it")
+    logged = about.setup if about is not None and about.setup.driver == "local" else None
+    if setup is None and logged is not None:
+        remarks.append(f"setup {logged.name} as the log has it")
+    elif setup is None and about is not None:
+        remarks.append(f"driven by {about.setup.driver}; what local with setup sure would have done")
     if about is not None and car is None:
         remarks.append(f"car {about.car.name} as the log has it")
-    chosen = load_setup(setup) if setup is not None else about.setup if about is not None else load_setup("sure")
+    chosen = logged if setup is None and logged is not None else load_setup(setup or "sure", "local")
     if changes:
         chosen = chosen.with_assignments(changes)
     loaded = load_car(car) if car is not None else about.car if about is not None else load_car("default")

@@ -69,7 +69,7 @@ def replay(
     if record:
         check_writable(record, LOGS)
     topics = Topics(scan=scan_topic, odom=odom_topic, imu=imu_topic, drive=drive_topic, pose=pose_topic, speed=speed)
-    other = load_setup(against) if against is not None else None
+    other = load_setup(against, "local") if against is not None else None
     started = time.perf_counter()
     loaded = read(recording, topics).between(begin, end)
     reading = time.perf_counter() - started

@@ -10,9 +10,10 @@ from typing import Any
 from firstlap import __version__ as version
 from firstlap import _core
 from firstlap.car_file import CAR_FIELDS, Car
+from firstlap.drivers.registry import driver_kind
 from firstlap.errors import InputError
 from firstlap.parameters import FieldTable, Values
-from firstlap.setup_file import SETUP_FIELDS, Setup
+from firstlap.setup_file import Setup
 
 RECORD = "firstlap"
 """Name of the MCAP metadata record."""
@@ -41,7 +42,9 @@ class About:
         return {
             "version": self.version,
             "what": self.what,
-            "setup": json.dumps({"name": self.setup.name, "values": _nested(self.setup.given)}),
+            "setup": json.dumps(
+                {"name": self.setup.name, "driver": self.setup.driver, "values": _nested(self.setup.given)}
+            ),
             "car": json.dumps({"name": self.car.name, "values": self.car.core.values()}),
             "exact": json.dumps(
                 {"header": self.header, "scan_period": self.scan_period, "first_dt": self.first_dt, "seed": self.seed}
@@ -59,8 +62,9 @@ class About:
             for (section, name), value in _checked(CAR_FIELDS, car["values"], where).items():
                 core.set(section, name, value)
             core.validate()
-            given = _checked(SETUP_FIELDS, setup["values"], where)
-            loaded = Setup(str(setup["name"]), given, where)
+            kind = driver_kind(setup["driver"], f"{where}: driver")
+            given = _checked(kind.fields, setup["values"], where)
+            loaded = Setup(str(setup["name"]), given, where, driver=kind.name)
             loaded.validate(where)
             return cls(
                 setup=loaded,

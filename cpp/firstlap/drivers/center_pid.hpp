@@ -1,0 +1,141 @@
+// Centre following: two beams on each side give the distance and direction of the walls, projected ahead; a PID
+// controller steers the car to the middle between them.
+#pragma once
+
+#include <tuple>
+
+#include "firstlap/buffer.hpp"
+#include "firstlap/driver.hpp"
+#include "firstlap/drivers/reactive_control.hpp"
+#include "firstlap/drivers/sweep.hpp"
+
+namespace firstlap::drivers {
+
+struct CenterParams {
+  double side_angle = 1.5707963;
+  double ahead_angle = 0.6981317;
+  double beam_window = 0.03;
+  double side_range = 3.0;
+  double preview = 1.2;
+  double preview_time = 0.0;
+  double k_p = 0.35;
+  double k_i = 0.0;
+  double k_d = 0.06;
+  double error_limit = 1.5;
+  double derivative_time = 0.05;
+  double arc_margin = 0.05;
+
+  static constexpr auto fields() {
+    using P = CenterParams;
+    return std::tuple{
+        Field{"side_angle", &P::side_angle, "rad", 0.9, 2.2, "of the beam to the wall beside the car"},
+        Field{"ahead_angle", &P::ahead_angle, "rad", 0.1, 0.85, "of the beam to the wall ahead"},
+        Field{"beam_window", &P::beam_window, "rad", 0.0, 0.2, "a beam's range is the mean over this to either side"},
+        Field{"side_range", &P::side_range, "m", 0.3, 30.0, "a wall further to the side counts as this far"},
+        Field{"preview", &P::preview, "m", 0.0, 5.0, "the middle is wanted this far ahead of the laser"},
+        Field{"preview_time", &P::preview_time, "s", 0.0, 2.0, "and further by the way driven in this time"},
+        Field{"k_p", &P::k_p, "rad/m", 0.0, 5.0, "wheel angle per metre off the middle"},
+        Field{"k_i", &P::k_i, "rad/(m s)", 0.0, 2.0, "per metre off for a second; the integral is limited to 0.2 rad"},
+        Field{"k_d", &P::k_d, "rad s/m", 0.0, 1.0, "per metre a second of change"},
+        Field{"error_limit", &P::error_limit, "m", 0.1, 10.0, "being off by more counts as this"},
+        Field{"derivative_time", &P::derivative_time, "s", 0.0, 0.5, "time constant of the derivative's low pass"},
+        Field{"arc_margin", &P::arc_margin, "m", 0.0, 0.5, "free distance: the body with this off the returns"},
+    };
+  }
+};
+
+struct CenterSteeringParams {
+  double steering_time = 0.0;
+  double a_y_steer = 8.0;
+
+  static constexpr auto fields() {
+    using P = CenterSteeringParams;
+    return std::tuple{
+        Field{"steering_time", &P::steering_time, "s", 0.0, 0.5, "time constant of the low pass on the wheel angle"},
+        Field{"a_y_steer", &P::a_y_steer, "m/s^2", 0.5, 30.0,
+              "no wheel angle that would ask for more lateral acceleration at the measured speed"},
+    };
+  }
+};
+
+struct CenterPidParams {
+  CarGeometry car{};
+  SweepParams scan{};
+  CenterParams center{};
+  CenterSteeringParams steering{};
+  SpeedParams speed{};
+};
+
+template <class AnyParams, class Visitor>
+  requires std::is_same_v<std::remove_cvref_t<AnyParams>, CenterPidParams>
+void for_each_section(AnyParams& params, Visitor&& visit) {
+  visit("car", params.car);
+  visit("scan", params.scan);
+  visit("center", params.center);
+  visit("steering", params.steering);
+  visit("speed", params.speed);
+}
+
+// Throws std::invalid_argument: section, field, value, allowed range.
+void validate(const CenterPidParams& params);
+
+// A wall as two beams tell it.
+struct WallEstimate {
+  double side = 0.0;      // [m] range of the beam beside
+  double ahead = 0.0;     // [m] range of the beam ahead
+  double angle = 0.0;     // [rad] by which the wall closes in on the car's way (negative) or leaves it
+  double distance = 0.0;  // [m] from the laser
+  double preview = 0.0;   // [m] distance at the preview
+};
+
+// The wall through the ends of two beams at `side_angle` and `ahead_angle` off the car's axis, on one side.
+WallEstimate estimate_wall(double side, double ahead, const CenterParams& params, double preview) noexcept;
+
+class CenterPid final : public Driver {
+ public:
+  // What the last step saw and thought.
+  struct Trace {
+    Trace() : ranges(max_points) {}
+    Buffer<double> ranges;    // [m] by beam, right to left, repaired and clipped
+    double first_beam = 0.0;  // [rad] of the first range
+    double beam_step = 0.0;   // [rad] between ranges
+    WallEstimate left{}, right{};
+    double error = 0.0;                               // [m] the middle is this far to the left, at the preview
+    double integral = 0.0;                            // [rad]
+    double derivative = 0.0;                          // [m/s]
+    double preview = 0.0;                             // [m] ahead of the laser
+    double p_term = 0.0, i_term = 0.0, d_term = 0.0;  // [rad]
+    double free = 0.0;                                // [m] along the arc of the wheel angle
+    StepResult result{};
+  };
+
+  // Throws std::invalid_argument: section, field, value, allowed range.
+  explicit CenterPid(const CenterPidParams& params);
+
+  StepResult step(const LaserScan& scan, const VehicleState& state, double dt) noexcept override;
+  void reset() noexcept override { memory_ = {}; }
+
+  [[nodiscard]] const CenterPidParams& params() const noexcept { return params_; }
+  [[nodiscard]] const Trace& trace() const noexcept { return trace_; }
+
+ private:
+  struct Memory {
+    double steering = 0.0;    // [rad] last commanded
+    double error = 0.0;       // [m]
+    double integral = 0.0;    // [rad]
+    double derivative = 0.0;  // [m/s]
+    bool awake = false;       // there is an error to compare with
+  };
+
+  [[nodiscard]] double mean_range(double angle) const noexcept;
+  void measure(double speed) noexcept;
+  double control(double dt) noexcept;
+  StepResult stop(double dt, Status why) noexcept;
+
+  CenterPidParams params_;
+  Sweep sweep_;
+  Trace trace_;
+  Memory memory_;
+};
+
+}  // namespace firstlap::drivers

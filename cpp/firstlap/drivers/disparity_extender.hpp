@@ -1,0 +1,105 @@
+// The disparity extender (N. Otterness, F1TENTH 2019): where neighbouring ranges differ by much, the nearer one
+// is extended over the farther by half the car's width; the car aims at the farthest direction that is left,
+// as fast as the free distance allows, and does not turn towards a side that is too near.
+#pragma once
+
+#include <cstddef>
+#include <tuple>
+
+#include "firstlap/buffer.hpp"
+#include "firstlap/driver.hpp"
+#include "firstlap/drivers/reactive_control.hpp"
+#include "firstlap/drivers/sweep.hpp"
+
+namespace firstlap::drivers {
+
+struct DisparityParams {
+  double view_angle = 1.4;
+  double disparity = 0.35;
+  double tolerance = 0.3;
+  double block_share = 0.97;
+  double straight_weight = 0.0;
+  double side_clearance = 0.1;
+  double emergency_margin = 0.0;
+
+  static constexpr auto fields() {
+    using P = DisparityParams;
+    return std::tuple{
+        Field{"view_angle", &P::view_angle, "rad", 0.3, 2.3, "directions further to the side are not considered"},
+        Field{"disparity", &P::disparity, "m", 0.05, 3.0, "neighbouring ranges that differ by more are a disparity"},
+        Field{"tolerance", &P::tolerance, "m", 0.0, 1.0, "a disparity is extended by half the car's width and this"},
+        Field{"block_share", &P::block_share, "", 0.5, 1.0,
+              "the aim is the middle of the block within this share of the farthest range"},
+        Field{"straight_weight", &P::straight_weight, "", 0.0, 1.0,
+              "free distance: of the aim (0) to the smaller one of aim and straight ahead (1)"},
+        Field{"side_clearance", &P::side_clearance, "m", 0.0, 1.0,
+              "no turning towards a side with less room than this beside the car"},
+        Field{"emergency_margin", &P::emergency_margin, "m", 0.0, 0.5,
+              "the body keeps this off returns ahead, or the car stops"},
+    };
+  }
+};
+
+struct DisparityExtenderParams {
+  CarGeometry car{};
+  SweepParams scan{};
+  DisparityParams disparity{};
+  SteeringParams steering{};
+  SpeedParams speed{};
+};
+
+template <class AnyParams, class Visitor>
+  requires std::is_same_v<std::remove_cvref_t<AnyParams>, DisparityExtenderParams>
+void for_each_section(AnyParams& params, Visitor&& visit) {
+  visit("car", params.car);
+  visit("scan", params.scan);
+  visit("disparity", params.disparity);
+  visit("steering", params.steering);
+  visit("speed", params.speed);
+}
+
+// Throws std::invalid_argument: section, field, value, allowed range.
+void validate(const DisparityExtenderParams& params);
+
+class DisparityExtender final : public Driver {
+ public:
+  // What the last step saw and thought. Angles in the laser's frame, left positive.
+  struct Trace {
+    Trace() : ranges(max_points), extended(max_points), disparities(max_points) {}
+    Buffer<double> ranges;                       // [m] by beam, right to left, repaired and clipped
+    Buffer<double> extended;                     // [m] after the extension
+    Buffer<int> disparities;                     // the nearer beam of each
+    double first_beam = 0.0;                     // [rad] of the first range
+    double beam_step = 0.0;                      // [rad] between ranges
+    int block_first = 0, block_last = 0;         // beams of the farthest block
+    double aim = 0.0;                            // [rad]
+    double aim_free = 0.0;                       // [m]
+    double straight_free = 0.0;                  // [m]
+    double wanted = 0.0;                         // [rad] wheel angle before the sides were looked at
+    bool held_left = false, held_right = false;  // no turning there: too near
+    StepResult result{};
+  };
+
+  // Throws std::invalid_argument: section, field, value, allowed range.
+  explicit DisparityExtender(const DisparityExtenderParams& params);
+
+  StepResult step(const LaserScan& scan, const VehicleState& state, double dt) noexcept override;
+  void reset() noexcept override { steering_ = 0.0; }
+
+  [[nodiscard]] const DisparityExtenderParams& params() const noexcept { return params_; }
+  [[nodiscard]] const Trace& trace() const noexcept { return trace_; }
+
+ private:
+  void extend_disparities() noexcept;
+  void extend(std::size_t from, int direction) noexcept;
+  void choose_block() noexcept;
+  double turn_with_room(double wanted) noexcept;
+  StepResult stop(double dt, Status why) noexcept;
+
+  DisparityExtenderParams params_;
+  Sweep sweep_;
+  Trace trace_;
+  double steering_ = 0.0;  // [rad] last commanded
+};
+
+}  // namespace firstlap::drivers

@@ -1,0 +1,171 @@
+#include "firstlap/drivers/follow_the_gap.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "firstlap/drivers/params.hpp"
+#include "firstlap/geometry.hpp"
+#include "firstlap/plausible.hpp"
+
+namespace firstlap::drivers {
+namespace {
+
+// The widest shadow that still leaves a way out when the car already stands nearer than its margin.
+double shadow_radius(double wanted, const Buffer<double>& ranges) noexcept {
+  double nearest = wanted;
+  for (const double r : ranges) nearest = std::min(nearest, 0.9 * r);
+  return nearest;
+}
+
+}  // namespace
+
+void validate(const FollowTheGapParams& params) { validate_driver(params); }
+
+FollowTheGap::FollowTheGap(const FollowTheGapParams& params) : params_(params) { validate(params); }
+
+StepResult FollowTheGap::step(const LaserScan& scan, const VehicleState& state, double dt) noexcept {
+  trace_.free.clear();
+  if (!plausible(state, dt)) return stop(0.0, Status::bad_state);
+  if (dt > longest_pause) reset();
+  if (!sweep_.read(scan, params_.scan, params_.car)) return stop(dt, Status::bad_scan);
+  widen();
+  blow_bubble();
+  if (!choose_run()) return stop(dt, Status::no_path);
+  choose_aim();
+  choose_arc(state);
+  steering_ = smooth_steering(trace_.arc, steering_, dt, params_.steering.steering_time, params_.car);
+  const bool blocked = trace_.arc_free <= params_.speed.stop_distance;
+  const double free = blocked ? 0.0 : trace_.aim_free;
+  const double speed = plan_speed(free, curvature_of(trace_.arc, params_.car), state, params_.speed);
+  return trace_.result = {{speed, steering_}, blocked ? Status::blocked : Status::ok};
+}
+
+// How far the car, as a disc, could go in each direction.
+void FollowTheGap::widen() noexcept {
+  trace_.step = params_.gap.view_angle / directions_per_side;
+  trace_.ranges.assign(sweep_.ranges().span());
+  trace_.first_beam = sweep_.angle(0);
+  trace_.beam_step = sweep_.angle_step();
+  trace_.free.fill(directions, params_.scan.range_use);
+  const double radius = shadow_radius(0.5 * params_.car.width + params_.gap.body_margin, sweep_.ranges());
+  for (std::size_t i = 0; i < sweep_.size(); ++i) cast_shadow(i, radius);
+}
+
+// Shortens every direction in which a disc of `radius` would touch the return of this beam.
+void FollowTheGap::cast_shadow(std::size_t beam, double radius) noexcept {
+  const double r = sweep_.range(beam);
+  const double angle = sweep_.angle(beam);
+  const double half = std::asin(std::min(radius / r, 1.0));
+  const int first = std::max(static_cast<int>(std::ceil((angle - half) / trace_.step)), -directions_per_side);
+  const int last = std::min(static_cast<int>(std::floor((angle + half) / trace_.step)), directions_per_side);
+  for (int k = first; k <= last; ++k) {
+    const double off = angle_of(k) - angle;
+    const double across = r * off * (1.0 - off * off / 6.0);  // sin and cos by their series: the half is below 1.2 rad
+    const double along = r * (1.0 - 0.5 * off * off * (1.0 - off * off / 12.0));
+    const double touch = along - std::sqrt(std::max(radius * radius - across * across, 0.0));
+    free_at(k) = std::min(free_at(k), std::max(touch, 0.0));
+  }
+}
+
+void FollowTheGap::blow_bubble() noexcept {
+  const double view = params_.gap.view_angle;
+  std::size_t nearest = sweep_.beam_at(0.0);
+  for (std::size_t i = 0; i < sweep_.size(); ++i)
+    if (std::abs(sweep_.angle(i)) <= view && sweep_.range(i) < sweep_.range(nearest)) nearest = i;
+  const double r = sweep_.range(nearest);
+  trace_.nearest = {params_.car.laser_x + r * sweep_.cosine(nearest), r * sweep_.sine(nearest)};
+  const double half = std::asin(std::min(params_.gap.bubble_radius / r, 1.0));
+  for (int k = -directions_per_side; k <= directions_per_side; ++k)
+    if (std::abs(angle_of(k) - sweep_.angle(nearest)) < half) free_at(k) = 0.0;
+}
+
+// With a lower threshold where nothing is free as far as wished.
+bool FollowTheGap::choose_run() noexcept {
+  constexpr int attempts = 12;
+  trace_.threshold = std::min(params_.gap.free_distance, params_.scan.range_use);
+  for (int i = 0; i < attempts; ++i, trace_.threshold *= 0.75)
+    if (best_run(trace_.threshold)) return true;
+  return false;
+}
+
+bool FollowTheGap::best_run(double threshold) noexcept {
+  double best = 0.0;
+  double value = 0.0;
+  int first = -directions_per_side;
+  for (int k = -directions_per_side; k <= directions_per_side + 1; ++k) {
+    if (k <= directions_per_side && free_at(k) >= threshold) {
+      if (value == 0.0) first = k;
+      value += std::pow(free_at(k), params_.gap.run_power);
+      continue;
+    }
+    // Of two that are worth the same the one nearer to straight ahead.
+    const bool nearer = std::abs(first + k - 1) < std::abs(trace_.run_first + trace_.run_last);
+    if (value > best * (1.0 + 1e-9) || (value > 0.0 && value >= best * (1.0 - 1e-9) && nearer)) {
+      best = value;
+      trace_.run_first = first;
+      trace_.run_last = k - 1;
+    }
+    value = 0.0;
+  }
+  return best > 0.0;
+}
+
+void FollowTheGap::choose_aim() noexcept {
+  const int first = trace_.run_first;
+  const int last = trace_.run_last;
+  const int width = std::clamp(static_cast<int>(params_.gap.window_angle / trace_.step), 1, last - first + 1);
+  double sum = 0.0;
+  for (int k = first; k < first + width; ++k) sum += free_at(k);
+  double best = sum;
+  double middle = first + 0.5 * (width - 1);
+  const double center = 0.5 * (first + last);
+  for (int k = first + 1; k + width - 1 <= last; ++k) {
+    sum += free_at(k + width - 1) - free_at(k - 1);
+    const double here = k + 0.5 * (width - 1);
+    const bool same = sum > best - 1e-6;
+    if (sum > best + 1e-6 || (same && std::abs(here - center) < std::abs(middle - center))) {
+      best = std::max(sum, best);
+      middle = here;
+    }
+  }
+  const double weight = params_.gap.center_weight;
+  trace_.window = trace_.step * middle;
+  trace_.aim = trace_.step * (weight * center + (1.0 - weight) * middle);
+  trace_.aim_free = free_at(static_cast<int>(std::lround(trace_.aim / trace_.step)));
+}
+
+// The wheel angle nearest to the wanted one whose arc is free for long enough; the freest where none is.
+void FollowTheGap::choose_arc(const VehicleState& state) noexcept {
+  constexpr int tries = 8;  // on each side
+  const GapParams& p = params_.gap;
+  const CarGeometry& car = params_.car;
+  trace_.wanted = within_grip(params_.steering.steering_gain * trace_.aim, state.speed, params_.steering, car);
+  const double enough = std::max(p.arc_distance, p.arc_time * state.speed);
+  const Beside room = room_beside(sweep_.points(), car);
+  const double margin = std::min(p.arc_margin, 0.8 * std::min(room.left, room.right));
+  const auto free = [&](double angle) {
+    return free_along_arc(sweep_.points(), curvature_of(angle, car), margin, params_.scan.range_use, car);
+  };
+  trace_.arc = trace_.wanted;
+  trace_.arc_free = free(trace_.wanted);
+  // Away from zero first or last: by the side that the aim is on, so that a mirrored scan is mirrored.
+  const double side = trace_.aim < 0.0 ? -1.0 : 1.0;
+  for (int i = 1; i <= tries && trace_.arc_free < enough; ++i) {
+    for (const double sign : {-side, side}) {
+      const double angle = std::clamp(trace_.wanted + sign * i * 2.0 * car.steering_limit / tries * 0.5,
+                                      -car.steering_limit, car.steering_limit);
+      const double here = free(angle);
+      if (here <= trace_.arc_free) continue;
+      trace_.arc = angle;
+      trace_.arc_free = here;
+    }
+  }
+}
+
+StepResult FollowTheGap::stop(double dt, Status why) noexcept {
+  steering_ = smooth_steering(steering_, steering_, dt, 0.0, params_.car);
+  trace_.arc_free = trace_.aim_free = 0.0;
+  return trace_.result = {{0.0, steering_}, why};
+}
+
+}  // namespace firstlap::drivers

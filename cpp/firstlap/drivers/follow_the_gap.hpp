@@ -1,0 +1,125 @@
+// Follow the gap (V. Sezer and M. Gokasan, Robotics and Autonomous Systems 60(9), 2012) in its F1TENTH form,
+// with the car's width and turning circle: every return is widened by half the car, the nearest one by a
+// bubble; of the directions that stay free the best run is chosen, and in it an aim; the wheel angle is a
+// share of the aim's, and is changed to the next one whose arc the car's body can sweep without contact.
+#pragma once
+
+#include <cstddef>
+#include <tuple>
+
+#include "firstlap/buffer.hpp"
+#include "firstlap/driver.hpp"
+#include "firstlap/drivers/reactive_control.hpp"
+#include "firstlap/drivers/sweep.hpp"
+
+namespace firstlap::drivers {
+
+struct GapParams {
+  double view_angle = 1.4;
+  double body_margin = 0.1;
+  double bubble_radius = 0.35;
+  double free_distance = 2.5;
+  double run_power = 1.0;
+  double window_angle = 0.25;
+  double center_weight = 0.5;
+  double arc_margin = 0.05;
+  double arc_distance = 0.6;
+  double arc_time = 0.2;
+
+  static constexpr auto fields() {
+    using P = GapParams;
+    return std::tuple{
+        Field{"view_angle", &P::view_angle, "rad", 0.3, 2.3, "directions further to the side are not considered"},
+        Field{"body_margin", &P::body_margin, "m", 0.0, 1.0, "returns are widened by half the car's width and this"},
+        Field{"bubble_radius", &P::bubble_radius, "m", 0.0, 2.0, "nothing within this of the nearest return is free"},
+        Field{"free_distance", &P::free_distance, "m", 0.3, 30.0,
+              "a direction is free where the car could go this far; less, where none is"},
+        Field{"run_power", &P::run_power, "", 0.0, 4.0,
+              "a run of free directions is worth the sum of their distances to this power (0: the widest run)"},
+        Field{"window_angle", &P::window_angle, "rad", 0.01, 1.5, "of the window with the farthest mean distance"},
+        Field{"center_weight", &P::center_weight, "", 0.0, 1.0,
+              "the aim goes from the best window (0) to the middle of the run (1)"},
+        Field{"arc_margin", &P::arc_margin, "m", 0.0, 0.5, "the body keeps this off the returns on its arc"},
+        Field{"arc_distance", &P::arc_distance, "m", 0.0, 5.0, "an arc is taken when it is free over this"},
+        Field{"arc_time", &P::arc_time, "s", 0.0, 2.0, "and over the way driven in this time"},
+    };
+  }
+};
+
+struct FollowTheGapParams {
+  CarGeometry car{};
+  SweepParams scan{};
+  GapParams gap{};
+  SteeringParams steering{};
+  SpeedParams speed{};
+};
+
+template <class AnyParams, class Visitor>
+  requires std::is_same_v<std::remove_cvref_t<AnyParams>, FollowTheGapParams>
+void for_each_section(AnyParams& params, Visitor&& visit) {
+  visit("car", params.car);
+  visit("scan", params.scan);
+  visit("gap", params.gap);
+  visit("steering", params.steering);
+  visit("speed", params.speed);
+}
+
+// Throws std::invalid_argument: section, field, value, allowed range.
+void validate(const FollowTheGapParams& params);
+
+class FollowTheGap final : public Driver {
+ public:
+  // Directions of the grid: this many on each side of straight ahead, and it.
+  static constexpr int directions_per_side = 180;
+  static constexpr std::size_t directions = 2 * directions_per_side + 1;
+
+  // What the last step saw and thought. Angles in the laser's frame, left positive.
+  struct Trace {
+    Trace() : free(directions), ranges(max_points) {}
+    Buffer<double> free;              // [m] by direction, right to left, bubble in
+    Buffer<double> ranges;            // [m] by beam, right to left, repaired and clipped
+    double first_beam = 0.0;          // [rad] of the first range
+    double beam_step = 0.0;           // [rad] between ranges
+    double step = 0.0;                // [rad] between directions
+    double threshold = 0.0;           // [m] that counted as free
+    int run_first = 0, run_last = 0;  // directions of the chosen run, -directions_per_side to directions_per_side
+    double window = 0.0;              // [rad] middle of the best window
+    double aim = 0.0;                 // [rad]
+    Point2 nearest{};                 // [m] base_link, the bubble's middle
+    double wanted = 0.0;              // [rad] wheel angle before arcs were tried
+    double arc = 0.0;                 // [rad] wheel angle of the arc that was taken
+    double arc_free = 0.0;            // [m]
+    double aim_free = 0.0;            // [m]
+    StepResult result{};
+  };
+
+  // Throws std::invalid_argument: section, field, value, allowed range.
+  explicit FollowTheGap(const FollowTheGapParams& params);
+
+  StepResult step(const LaserScan& scan, const VehicleState& state, double dt) noexcept override;
+  void reset() noexcept override { steering_ = 0.0; }
+
+  [[nodiscard]] const FollowTheGapParams& params() const noexcept { return params_; }
+  [[nodiscard]] const Trace& trace() const noexcept { return trace_; }
+
+ private:
+  [[nodiscard]] double& free_at(int k) noexcept {
+    return trace_.free[static_cast<std::size_t>(k + directions_per_side)];
+  }
+  [[nodiscard]] double angle_of(int k) const noexcept { return trace_.step * k; }
+  void widen() noexcept;
+  void cast_shadow(std::size_t beam, double radius) noexcept;
+  void blow_bubble() noexcept;
+  bool choose_run() noexcept;
+  bool best_run(double threshold) noexcept;
+  void choose_aim() noexcept;
+  void choose_arc(const VehicleState& state) noexcept;
+  StepResult stop(double dt, Status why) noexcept;
+
+  FollowTheGapParams params_;
+  Sweep sweep_;
+  Trace trace_;
+  double steering_ = 0.0;  // [rad] last commanded
+};
+
+}  // namespace firstlap::drivers

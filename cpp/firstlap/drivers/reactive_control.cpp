@@ -1,0 +1,88 @@
+#include "firstlap/drivers/reactive_control.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "firstlap/geometry.hpp"
+
+namespace firstlap::drivers {
+namespace {
+
+constexpr double straight = 1e-4;  // [1/m] less curvature than this is none
+constexpr double passed = -0.05;   // [m] a point further behind the body's front edge is beside it, not ahead
+
+// Straight on: the first point in the way of the body.
+double free_straight(const Buffer<Point2>& points, double side, double front, double farthest) noexcept {
+  double free = farthest;
+  for (const Point2& p : points)
+    if (std::abs(p.y) < side && p.x - front > passed) free = std::min(free, std::max(p.x - front, 0.0));
+  return free;
+}
+
+}  // namespace
+
+double plan_speed(double free, double curvature, const VehicleState& state, const SpeedParams& params) noexcept {
+  double speed = 0.0;
+  if (free > params.stop_distance) {
+    const double braking = std::sqrt(-2.0 * params.a_x_min * (free - params.stop_distance));
+    const double turning = std::sqrt(params.a_y_max / std::max(std::abs(curvature), straight));
+    speed = std::max(std::min({braking, turning, params.v_max}), std::min(params.v_min, params.v_max));
+  }
+  // A stop is not softened: the car takes the brake it has.
+  const double slowest = speed > 0.0 ? state.speed + params.delta_v_min : 0.0;
+  return std::clamp(std::min(std::max(speed, slowest), state.speed + params.delta_v_max), 0.0, params.v_max);
+}
+
+double within_grip(double wanted, double speed, const SteeringParams& params, const CarGeometry& car) noexcept {
+  const double grip = std::atan(car.wheelbase * params.a_y_steer / std::max(speed * speed, 1e-3));
+  const double limit = std::min(car.steering_limit, grip);
+  return std::clamp(wanted, -limit, limit);
+}
+
+double smooth_steering(double wanted, double before, double dt, double time, const CarGeometry& car) noexcept {
+  const double share = time > 0.0 ? dt / (time + dt) : 1.0;
+  const double step = car.steering_rate * dt;
+  const double angle = std::clamp(before + share * (wanted - before), before - step, before + step);
+  return std::clamp(angle, -car.steering_limit, car.steering_limit);
+}
+
+double curvature_of(double steering_angle, const CarGeometry& car) noexcept {
+  return std::tan(steering_angle) / car.wheelbase;
+}
+
+Beside room_beside(const Buffer<Point2>& points, const CarGeometry& car) noexcept {
+  const double front = car.length - car.rear_overhang;
+  Beside room;
+  for (const Point2& p : points) {
+    if (p.x < -car.rear_overhang || p.x > front) continue;
+    double& side = p.y > 0.0 ? room.left : room.right;
+    side = std::min(side, std::max(std::abs(p.y) - 0.5 * car.width, 0.0));
+  }
+  return room;
+}
+
+double free_along_arc(const Buffer<Point2>& points, double curvature, double margin, double farthest,
+                      const CarGeometry& car) noexcept {
+  const double side = 0.5 * car.width + margin;
+  const double front = car.length - car.rear_overhang;
+  if (std::abs(curvature) < straight) return free_straight(points, side, front, farthest);
+  const double radius = 1.0 / std::abs(curvature);
+  const double inner = std::max(radius - side, 0.0);
+  const double outer = norm(radius + side, front);
+  double least = farthest / radius;  // [rad] round the circle's centre
+  for (const Point2& p : points) {
+    const double y = radius - (curvature > 0.0 ? p.y : -p.y);  // towards the car from the centre
+    const double square = p.x * p.x + y * y;
+    if (square <= inner * inner || square >= outer * outer) continue;
+    const double distance = std::sqrt(square);
+    // Where on the body this ring meets first: the front, or the inner flank behind it.
+    const double reach = std::min(front, std::sqrt(std::max(square - inner * inner, 0.0)));
+    const double angle = std::atan2(p.x, y) - std::asin(std::min(reach / distance, 1.0));
+    const double ahead = angle * radius > passed ? std::max(angle, 0.0) : angle + 2.0 * std::numbers::pi;
+    least = std::min(least, ahead);
+  }
+  return least * radius;
+}
+
+}  // namespace firstlap::drivers

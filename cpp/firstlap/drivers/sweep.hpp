@@ -1,0 +1,63 @@
+// One scan as the map-less opponents read it: a range for every beam, right to left, and the returns as
+// points in base_link.
+#pragma once
+
+#include <cstddef>
+#include <tuple>
+
+#include "firstlap/buffer.hpp"
+#include "firstlap/car_geometry.hpp"
+#include "firstlap/field.hpp"
+#include "firstlap/scan.hpp"
+#include "firstlap/types.hpp"
+
+namespace firstlap::drivers {
+
+struct SweepParams {
+  double range_use = 10.0;
+  double lost_range = 10.0;
+  int max_lost_beams = 25;
+  double footprint_margin = 0.03;
+
+  static constexpr auto fields() {
+    using P = SweepParams;
+    return std::tuple{
+        Field{"range_use", &P::range_use, "m", 1.0, 30.0, "ranges are clipped here"},
+        Field{"lost_range", &P::lost_range, "m", 0.1, 30.0, "how far it is free where many beams in a row are lost"},
+        Field{"max_lost_beams", &P::max_lost_beams, "beams", 0.0, 200.0,
+              "fewer lost beams in a row get the nearer neighbour's range"},
+        Field{"footprint_margin", &P::footprint_margin, "m", 0.0, 0.3,
+              "returns inside the car's body plus this are the car itself: lost"},
+    };
+  }
+};
+
+class Sweep {
+ public:
+  Sweep() : ranges_(max_points), points_(max_points) {}
+
+  // False where there is nothing to read: a header without sense, or hardly a return.
+  bool read(const LaserScan& scan, const SweepParams& params, const CarGeometry& car) noexcept;
+
+  [[nodiscard]] std::size_t size() const noexcept { return ranges_.size(); }
+  [[nodiscard]] double range(std::size_t i) const noexcept { return ranges_[i]; }  // [m], finite, > 0
+  [[nodiscard]] double angle_step() const noexcept { return table_.angle_step(); }
+  [[nodiscard]] double angle(std::size_t i) const noexcept {
+    return table_.angle_first() + table_.angle_step() * static_cast<double>(i);
+  }
+  [[nodiscard]] double cosine(std::size_t i) const noexcept { return table_.cosine(i); }
+  [[nodiscard]] double sine(std::size_t i) const noexcept { return table_.sine(i); }
+  // The beam nearest to `angle` [rad].
+  [[nodiscard]] std::size_t beam_at(double angle) const noexcept;
+  [[nodiscard]] const Buffer<double>& ranges() const noexcept { return ranges_; }
+  [[nodiscard]] const Buffer<Point2>& points() const noexcept { return points_; }
+
+ private:
+  void fill_lost(const SweepParams& params) noexcept;
+
+  BeamTable table_;
+  Buffer<double> ranges_;
+  Buffer<Point2> points_;
+};
+
+}  // namespace firstlap::drivers

@@ -1,0 +1,9 @@
+// What allocation_test.cpp counts: calls of operator new on this thread while `counting`.
+#pragma once
+
+namespace firstlap::scene {
+
+extern thread_local bool counting;
+extern thread_local long allocations;
+
+}  // namespace firstlap::scene
