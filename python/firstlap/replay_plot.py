@@ -75,8 +75,8 @@ def _title(axes: Axes, text: str) -> None:
 
 
 def _legend(axes: Axes) -> None:
-    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=5, frameon=False, fontsize=9.5, labelcolor=INK,
-                borderaxespad=0.1, handlelength=1.4)  # fmt: skip
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=9, frameon=False, fontsize=9, labelcolor=INK,
+                borderaxespad=0.1, handlelength=1.2, columnspacing=1.2)  # fmt: skip
 
 
 def _write_head(figure: Figure, replay: Replay, height: float) -> None:

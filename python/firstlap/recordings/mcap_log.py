@@ -41,10 +41,10 @@ def _messages(path: Path, stored: Stored) -> Iterator[Message]:
                 elif isinstance(record, records.Footer):
                     finished = True
     except Exception as error:  # a damaged file may make the library raise anything
-        if type(error).__name__ == "EndOfFile":
-            stored.remarks.append(f"{path.name} is unfinished or cut off; what stands before its end was read")
-        elif not finished:
-            stored.remarks.append(f"{path.name} is damaged; what stands before that was read ({said(error)})")
+        if not finished:
+            stored.remarks.append(
+                f"{path.name} is unfinished, cut off or damaged; what stands before that was read ({said(error)})"
+            )
 
 
 def _add_channel(record: records.Channel, schemas: dict[int, str], channels: dict[int, str], stored: Stored) -> None:

@@ -96,7 +96,10 @@ class LogWriter:
         if self._thread.is_alive():
             self._queue.put(None)
             self._thread.join()
-        self._file.close()
+        try:
+            self._file.close()
+        except OSError as error:
+            self._error = self._error or error
         self._check()
 
     def __enter__(self) -> LogWriter:
