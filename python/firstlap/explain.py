@@ -21,7 +21,6 @@ from firstlap.replay import prepared
 from firstlap.setup_file import LOCAL, Setup
 from firstlap.tracks.track import Track
 
-
 SCANS_BEFORE = 400
 """That the driver sees before the scan in question: its memory is far shorter."""
 

@@ -56,7 +56,7 @@ def scans_bar() -> Any:
 def setup_and_car(
     recording: Recording, setup: str | None, changes: list[str] | None, car: str | None, driver: str | None = None
 ) -> tuple[Setup, Car, list[str]]:
-    """Those asked for, else those of the log, else the driver's own and default; with a remark where they are the log's.
+    """Those asked for, else those of the log, else the defaults; with a remark where they are the log's.
 
     driver: None for that of the log, or whatever the setup is for.
     """
