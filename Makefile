@@ -56,9 +56,10 @@ format: .venv/.dev ## bring all code into its format
 docs: .venv/.built .venv/.dev ## write the generated pages again
 	$(python) scripts/generate_docs.py
 
-pictures: .venv/.built ## draw the README's pictures again
+pictures: .venv/.built ## draw the pictures of README and gallery again
 	@$(firstlap) race arena --setup race --laps 3 --plot docs/arena.png
 	@$(firstlap) explain hairpins --at 20 --plot docs/step.png
+	@$(python) scripts/gallery.py
 
 sanitize: .venv/.run build/.gtest ## C++ tests under address and undefined behaviour sanitizers
 	@mkdir -p build && $(cmake) --preset sanitize >build/sanitize.log 2>&1 || { cat build/sanitize.log; exit 1; }

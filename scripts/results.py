@@ -11,15 +11,21 @@ from typing import Any
 
 HEAD = """# What was driven
 
-Printed by `scripts/results.py` from `firstlap survey --json`, noise on, default car (friction 0.75), both directions.
-A run is `laps` laps from a standing start; contact ends it. Laps are flying laps in seconds, over both directions.
+Printed by `scripts/results.py` from `firstlap survey --json`, noise on, both directions, default car (friction 0.75)
+unless another is named. A run is `laps` laps from a standing start; contact ends it. Laps are flying laps in seconds,
+over both directions.
 
 ```sh
 firstlap survey all MAP.yaml... --setup sure --laps 10 --seeds 10 --both --json >sure.json
 firstlap survey all MAP.yaml... --setup base --laps 3 --seeds 5 --both --json >base.json
 firstlap survey all MAP.yaml... --setup race --laps 3 --seeds 5 --both --json >race.json
 firstlap survey random:1-200 --setup sure --laps 3 --seeds 1 --both --json >random.json
-scripts/results.py sure.json base.json race.json random.json >docs/results.md
+firstlap survey all MAP.yaml... --setup sure --laps 3 --seeds 1 --both --option mu_scale=0.85 --json >friction.json
+firstlap survey all MAP.yaml... --setup sure --laps 3 --seeds 1 --both --option delay_extra=0.02 --json >delay.json
+firstlap survey all MAP.yaml... --setup sure --laps 3 --seeds 1 --both --car nuc2 --json >nuc2.json
+firstlap survey all MAP.yaml... --setup sure --laps 3 --seeds 1 --both --car gym --json >gym.json
+scripts/results.py sure.json base.json race.json random.json \\
+  friction.json delay.json nuc2.json gym.json >docs/results.md
 ```
 
 """
@@ -53,6 +59,37 @@ def section(survey: dict[str, Any]) -> str:
     return text
 
 
+def conditions(survey: dict[str, Any]) -> str:
+    """What a survey changed about car and race, "" where nothing."""
+    car = [f"car {survey['car']}"] if survey["car"] != "default" else []
+    return ", ".join(car + [f"{name} {value:g}" for name, value in survey.get("options", {}).items()])
+
+
+def under_conditions(surveys: list[dict[str, Any]]) -> str:
+    """The surveys of other cars and conditions as one table: per track, runs finished and smallest clearance."""
+    if not surveys:
+        return ""
+    heads = [f"`{s['setup']}`, {conditions(s)}" for s in surveys]
+    found = [{name_of(row["track"]): row for row in survey["tracks_list"]} for survey in surveys]
+    text = "## Under other conditions\n\n"
+    text += "Runs finished and smallest clearance. `nuc2` and `gym` are the other two cars, with the same setup.\n\n"
+    for survey, head in zip(surveys, heads, strict=True):
+        text += f"- {head}: {survey['finished']} of {survey['runs']} runs finished "
+        text += f"({survey['laps']} laps, {survey['seeds']} seed{'s' * (survey['seeds'] > 1)}).\n"
+    text += f"\n| track | {' | '.join(heads)} |\n|---{'|---' * len(heads)}|\n"
+    for track in dict.fromkeys(track for rows in found for track in rows):
+        cells = [cell(rows.get(track)) for rows in found]
+        text += f"| {track} | {' | '.join(cells)} |\n"
+    return text + "\n"
+
+
+def cell(row: dict[str, Any] | None) -> str:
+    """Runs finished and smallest clearance of one track, a dash where it was not driven."""
+    if row is None or row["min_clearance"] is None:
+        return "–"
+    return f"{row['finished']} of {row['runs']}, {row['min_clearance']:.2f} m"
+
+
 def ratios(surveys: list[dict[str, Any]]) -> str:
     """Median laps against base where both finish all runs."""
     by_setup = {s["setup"]: {r["track"]: r for r in s["tracks_list"]} for s in surveys if s["tracks"] <= 40}
@@ -82,7 +119,9 @@ def main(files: list[str]) -> None:
         survey["tracks_list"] = survey["tracks"]
         survey["tracks"] = len(survey["tracks_list"])
         surveys.append(survey)
-    print(HEAD + "\n".join([section(survey) for survey in surveys] + [ratios(surveys)]), end="")
+    plain = [survey for survey in surveys if not conditions(survey)]
+    changed = under_conditions([survey for survey in surveys if conditions(survey)])
+    print(HEAD + "\n".join([section(survey) for survey in plain] + [changed + ratios(plain)]), end="")
 
 
 if __name__ == "__main__":

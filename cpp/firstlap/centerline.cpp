@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 
 #include "firstlap/geometry.hpp"
 
@@ -113,6 +114,27 @@ Look look_around(const WallsSeen& walls, double x, double y, double width, const
   return look;
 }
 
+// Around some points, so that most others need not be compared with each of them.
+class Box {
+ public:
+  void add(double x, double y) noexcept {
+    x_min_ = std::min(x_min_, x);
+    x_max_ = std::max(x_max_, x);
+    y_min_ = std::min(y_min_, y);
+    y_max_ = std::max(y_max_, y);
+  }
+  // Whether (x, y) is in the box or within `margin` of it.
+  [[nodiscard]] bool holds(double x, double y, double margin) const noexcept {
+    return x >= x_min_ - margin && x <= x_max_ + margin && y >= y_min_ - margin && y <= y_max_ + margin;
+  }
+
+ private:
+  double x_min_ = std::numeric_limits<double>::infinity();
+  double x_max_ = -std::numeric_limits<double>::infinity();
+  double y_min_ = std::numeric_limits<double>::infinity();
+  double y_max_ = -std::numeric_limits<double>::infinity();
+};
+
 class Tracer {
   static constexpr double on_line = 0.01;  // [m] difference of the distances that needs no correction
 
@@ -124,7 +146,11 @@ class Tracer {
         width_params_(width_params),
         params_(params),
         width_(width),
-        half_car_(0.5 * car.width) {}
+        half_car_(0.5 * car.width),
+        latest_(static_cast<std::size_t>(apart / params.spacing)),
+        near_(0.3 * width) {
+    for (const TrailPoint& p : trail) trail_box_.add(p.x, p.y);
+  }
 
   // The point of the line nearest to (x, y); false where there is none within reach.
   bool project(double& x, double& y, Look& look) const noexcept {
@@ -201,37 +227,32 @@ class Tracer {
     hx = nx;
   }
 
+  [[nodiscard]] bool is_near(double dx, double dy) const noexcept { return dx * dx + dy * dy < near_ * near_; }
+
   // A line round the end of a wall may come back to where it began.
   [[nodiscard]] bool meets_itself(const Buffer<CenterlinePoint>& line, double x, double y) const noexcept {
-    constexpr double apart = 2.0;  // [m] along the line
-    const double near = 0.3 * width_;
-    const auto latest = static_cast<std::size_t>(apart / params_.spacing);
-    for (std::size_t i = 0; i + latest < line.size(); i += 2) {
-      const double dx = x - line[i].x;
-      const double dy = y - line[i].y;
-      if (dx * dx + dy * dy < near * near) return true;
-    }
+    for (std::size_t i = 0; i + latest_ < line.size(); i += 2)
+      if (is_near(x - line[i].x, y - line[i].y)) return true;
     return false;
   }
 
   [[nodiscard]] bool runs_against_trail(double x, double y, double hx, double hy, double s) const noexcept {
-    if (s < 1.0) return false;
-    const double near = 0.3 * width_;
-    for (std::size_t i = 0; i < trail_.size(); ++i) {
-      const TrailPoint& p = trail_[i];
-      const double dx = x - p.x;
-      const double dy = y - p.y;
-      if (dx * dx + dy * dy < near * near && hx * std::cos(p.yaw) + hy * std::sin(p.yaw) < -0.5) return true;
-    }
+    if (s < 1.0 || !trail_box_.holds(x, y, near_)) return false;
+    for (const TrailPoint& p : trail_)
+      if (is_near(x - p.x, y - p.y) && hx * std::cos(p.yaw) + hy * std::sin(p.yaw) < -0.5) return true;
     return false;
   }
 
+  static constexpr double apart = 2.0;  // [m] along the line, from where on it may meet itself
   const WallsSeen& walls_;
   const Buffer<TrailPoint>& trail_;
   const TrackWidthParams& width_params_;
   const CenterlineParams& params_;
   double width_;
   double half_car_;
+  std::size_t latest_;  // points over `apart`
+  double near_;         // [m] nearer than this, lines are the same way
+  Box trail_box_;
 };
 
 // True where the straight way from a to b meets a wall: what lies behind it is not this track.

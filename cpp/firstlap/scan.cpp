@@ -6,12 +6,51 @@
 
 namespace firstlap {
 
-BeamTable::BeamTable() : cos_(max_points), sin_(max_points) {}
+namespace {
 
-std::size_t BeamTable::source(std::size_t i) const noexcept {
-  const std::size_t index = i * stride_;
-  return clockwise_ ? beams_ - 1 - index : index;
-}
+// How base_link moves during the sweep.
+class Motion {
+ public:
+  Motion(const LaserScan& scan, const VehicleState& state, bool deskew) noexcept
+      : beam_time_(deskew ? scan.time_increment : 0.0), speed_(state.speed), yaw_rate_(state.yaw_rate) {}
+
+  // What was measured so many beams before the end of the sweep, seen from where base_link is at its end.
+  [[nodiscard]] Point2 at_end(Point2 p, int beams_before) const noexcept {
+    const double before = std::min(static_cast<double>(beams_before) * beam_time_, 0.2);
+    const double turn = -yaw_rate_ * before;
+    const double c = 1.0 - 0.5 * turn * turn;
+    return {c * p.x - turn * p.y - speed_ * before, turn * p.x + c * p.y - 0.5 * turn * speed_ * before};
+  }
+
+ private:
+  double beam_time_;  // [s]
+  double speed_;
+  double yaw_rate_;
+};
+
+// The car's own body with its margin, in base_link.
+class Body {
+ public:
+  Body(const ScanParams& params, const CarGeometry& car) noexcept
+      : front_(car.length - car.rear_overhang + params.footprint_margin),
+        back_(-car.rear_overhang - params.footprint_margin),
+        side_(0.5 * car.width + params.footprint_margin),
+        reach_(car.length + car.width + std::abs(car.laser_x)) {}
+
+  [[nodiscard]] bool covers(Point2 p, double range) const noexcept {
+    return range < reach_ && p.x < front_ && p.x > back_ && std::abs(p.y) < side_;
+  }
+
+ private:
+  double front_;
+  double back_;
+  double side_;
+  double reach_;  // [m] from the laser; no beam meets the body beyond it
+};
+
+}  // namespace
+
+BeamTable::BeamTable() : cos_(max_points), sin_(max_points) {}
 
 bool BeamTable::prepare(const LaserScan& scan) noexcept {
   const std::size_t n = scan.ranges.size();
@@ -25,13 +64,15 @@ bool BeamTable::prepare(const LaserScan& scan) noexcept {
   angle_min_ = scan.angle_min;
   angle_increment_ = scan.angle_increment;
   beams_ = n;
-  stride_ = (n + max_points - 1) / max_points;
-  clockwise_ = scan.angle_increment < 0.0;
-  step_ = std::abs(scan.angle_increment) * static_cast<double>(stride_);
-  first_ = clockwise_ ? scan.angle_min + scan.angle_increment * static_cast<double>(n - 1) : scan.angle_min;
+  const std::size_t stride = (n + max_points - 1) / max_points;
+  const bool clockwise = scan.angle_increment < 0.0;
+  source_first_ = clockwise ? static_cast<std::ptrdiff_t>(n) - 1 : 0;
+  source_step_ = static_cast<std::ptrdiff_t>(stride) * (clockwise ? -1 : 1);
+  step_ = std::abs(scan.angle_increment) * static_cast<double>(stride);
+  first_ = clockwise ? scan.angle_min + scan.angle_increment * static_cast<double>(n - 1) : scan.angle_min;
   cos_.clear();
   sin_.clear();
-  for (std::size_t i = 0; i * stride_ < n; ++i) {
+  for (std::size_t i = 0; i * stride < n; ++i) {
     const double angle = first_ + step_ * static_cast<double>(i);
     cos_.push(std::cos(angle));
     sin_.push(std::sin(angle));
@@ -42,36 +83,27 @@ bool BeamTable::prepare(const LaserScan& scan) noexcept {
 void scan_to_points(const LaserScan& scan, const BeamTable& table, const VehicleState& state, const ScanParams& params,
                     const CarGeometry& car, Buffer<ScanPoint>& points) noexcept {
   points.clear();
+  const Motion motion(scan, state, params.deskew);
+  const Body body(params, car);
+  const double near = scan.range_min;
   const double far = std::min(scan.range_max, params.range_use);
-  const double x_min = car.wheelbase - params.keep_behind;
-  const double body_front = car.length - car.rear_overhang + params.footprint_margin;
-  const double body_back = -car.rear_overhang - params.footprint_margin;
-  const double body_side = 0.5 * car.width + params.footprint_margin;
-  const double body_reach = car.length + car.width + std::abs(car.laser_x);  // no beam meets the body beyond it
+  const double mask_range = params.mask_range;
   const double mask_cos = std::cos(params.mask_angle);
-  const double beam_time = params.deskew ? scan.time_increment : 0.0;
-  const std::size_t last = scan.ranges.size() - 1;
+  const double laser_x = car.laser_x;
+  const double x_min = car.wheelbase - params.keep_behind;
+  const int beams = static_cast<int>(table.size());
+  const int last = static_cast<int>(scan.ranges.size()) - 1;
 
-  for (std::size_t i = 0; i < table.size(); ++i) {
-    const std::size_t source = table.source(i);
+  for (int i = 0; i < beams; ++i) {
+    const auto beam = static_cast<std::size_t>(i);
+    const std::size_t source = table.source(beam);
     const double r = static_cast<double>(scan.ranges[source]);
-    if (!(r > scan.range_min && r < far)) continue;  // also NaN
-    if (r < params.mask_range && table.cosine(i) < mask_cos) continue;
-    double x = car.laser_x + r * table.cosine(i);
-    double y = r * table.sine(i);
-    if (beam_time > 0.0) {
-      // Where base_link was when this beam was measured, seen from where it is at the end.
-      const double before = std::min(static_cast<double>(last - source) * beam_time, 0.2);
-      const double turn = -state.yaw_rate * before;
-      const double c = 1.0 - 0.5 * turn * turn;
-      const double px = c * x - turn * y - state.speed * before;
-      const double py = turn * x + c * y - 0.5 * turn * state.speed * before;
-      x = px;
-      y = py;
-    }
-    if (x < x_min) continue;
-    if (r < body_reach && x < body_front && x > body_back && std::abs(y) < body_side) continue;
-    points.push({x, y, r, static_cast<int>(i)});
+    if (!(r > near && r < far)) continue;  // also NaN
+    if (r < mask_range && table.cosine(beam) < mask_cos) continue;
+    const Point2 measured{laser_x + r * table.cosine(beam), r * table.sine(beam)};
+    const Point2 p = motion.at_end(measured, last - static_cast<int>(source));
+    if (p.x < x_min || body.covers(p, r)) continue;
+    points.push({p.x, p.y, r, i});
   }
 }
 

@@ -1,6 +1,8 @@
 // Step 1: beams to points in base_link at the end of the sweep.
 #pragma once
 
+#include <cstddef>
+
 #include "firstlap/buffer.hpp"
 #include "firstlap/params.hpp"
 #include "firstlap/types.hpp"
@@ -31,14 +33,16 @@ class BeamTable {
   [[nodiscard]] double cosine(std::size_t i) const noexcept { return cos_[i]; }
   [[nodiscard]] double sine(std::size_t i) const noexcept { return sin_[i]; }
   // Index into LaserScan::ranges of used beam i.
-  [[nodiscard]] std::size_t source(std::size_t i) const noexcept;
+  [[nodiscard]] std::size_t source(std::size_t i) const noexcept {
+    return static_cast<std::size_t>(source_first_ + static_cast<std::ptrdiff_t>(i) * source_step_);
+  }
 
  private:
   double angle_min_ = 0.0;
   double angle_increment_ = 0.0;
   std::size_t beams_ = 0;
-  std::size_t stride_ = 1;
-  bool clockwise_ = false;
+  std::ptrdiff_t source_first_ = 0;
+  std::ptrdiff_t source_step_ = 1;
   double first_ = 0.0;
   double step_ = 0.0;
   Buffer<double> cos_;

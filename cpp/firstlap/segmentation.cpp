@@ -18,39 +18,72 @@ double breakpoint_ratio(double angle, double break_angle) noexcept {
   return std::sin(angle) / std::sin(incidence - angle);
 }
 
+// How far apart two returns of one wall may be.
+class BreakLimit {
+ public:
+  BreakLimit(double angle_step, double beam_step, const SegmentationParams& params) noexcept
+      : params_(params),
+        angle_step_(angle_step),
+        ratio_of_neighbours_(breakpoint_ratio(angle_step, params.break_angle)),
+        break_max_(params.break_max * beam_step) {}
+
+  // Never less than this, wherever the wall runs.
+  [[nodiscard]] double floor(double range, double beams) const noexcept {
+    return std::max(params_.break_min, 2.0 * range * (beams * angle_step_));
+  }
+  // `mean` [m] is the weighted mean of the distances before.
+  [[nodiscard]] double limit(const ScanPoint& a, const ScanPoint& b, double beams, double mean) const noexcept {
+    const double range = std::min(a.range, b.range);
+    const double lowest = floor(range, beams);
+    const double sigma = params_.range_sigma * (a.range > 10.0 ? 1.7 : 1.0);
+    const double ratio =
+        beams == 1.0 ? ratio_of_neighbours_ : breakpoint_ratio(beams * angle_step_, params_.break_angle);
+    const double adaptive = range * ratio + 3.0 * sigma;
+    const double trend = params_.mean_factor * mean * beams;
+    return std::clamp(std::max(adaptive, trend), lowest, std::max(lowest, break_max_));
+  }
+
+ private:
+  const SegmentationParams& params_;
+  double angle_step_;
+  double ratio_of_neighbours_;
+  double break_max_;
+};
+
 void break_into_sections(const Buffer<ScanPoint>& points, double angle_step, double beam_step,
                          const SegmentationParams& params, Buffer<Section>& sections) noexcept {
   const int gap_limit = static_cast<int>(std::lround(static_cast<double>(params.max_beam_gap) * beam_step));
-  const double ratio_of_neighbours = breakpoint_ratio(angle_step, params.break_angle);
+  const BreakLimit limit(angle_step, beam_step, params);
+  const double gain = params.mean_gain;
   double mean = 2.0 * points[0].range * angle_step;
-  sections.push({0, 0});
+  std::size_t first = 0;
   for (std::size_t j = 1; j < points.size(); ++j) {
     const ScanPoint& a = points[j - 1];
     const ScanPoint& b = points[j];
-    const int beams = b.beam - a.beam;
-    const double angle = static_cast<double>(beams) * angle_step;
+    const int gap = b.beam - a.beam;
+    const auto beams = static_cast<double>(gap);
     const double d = distance(a, b);
-    const double floor = std::max(params.break_min, 2.0 * std::min(a.range, b.range) * angle);
-    const double sigma = params.range_sigma * (a.range > 10.0 ? 1.7 : 1.0);
-    const double ratio = beams == 1 ? ratio_of_neighbours : breakpoint_ratio(angle, params.break_angle);
-    const double adaptive = std::min(a.range, b.range) * ratio + 3.0 * sigma;
-    const double trend = params.mean_factor * mean * static_cast<double>(beams);
-    const double limit = std::clamp(std::max(adaptive, trend), floor, std::max(floor, params.break_max * beam_step));
-    const bool is_break = d > limit || beams > gap_limit;
-    mean += params.mean_gain * (d / static_cast<double>(beams) - mean);
-    if (is_break) {
-      mean = 2.0 * b.range * angle_step;
-      if (!sections.push({j, j})) return;
-    } else {
-      sections.back().last = j;
+    // Most neighbours are so near that the limit need not be known.
+    const bool is_near = d <= limit.floor(std::min(a.range, b.range), beams);
+    if (gap <= gap_limit && (is_near || d <= limit.limit(a, b, beams, mean))) {
+      mean += gain * ((gap == 1 ? d : d / beams) - mean);
+      continue;
     }
+    if (!sections.push({first, j - 1})) return;
+    first = j;
+    mean = 2.0 * b.range * angle_step;
   }
+  sections.push({first, points.size() - 1});
 }
 
 void measure(const Buffer<ScanPoint>& points, Section& section) noexcept {
   section.nearest = points[section.first].range;
-  for (std::size_t i = section.first; i <= section.last; ++i)
-    section.nearest = std::min(section.nearest, points[i].range);
+  section.middle = section.first;
+  for (std::size_t i = section.first; i <= section.last; ++i) {
+    if (points[i].range >= section.nearest) continue;
+    section.nearest = points[i].range;
+    section.middle = i;
+  }
   section.length = distance(points[section.first], points[section.last]);
 }
 
@@ -108,16 +141,17 @@ void drop_seen_through(const Buffer<ScanPoint>& points, double gap, Buffer<Secti
 
 double median_beam_step(const Buffer<ScanPoint>& points) noexcept {
   constexpr std::size_t bins = 64;
-  std::array<std::size_t, bins> count{};
   if (points.size() < 2) return 1.0;
-  for (std::size_t j = 1; j < points.size(); ++j)
-    ++count[std::min(bins - 1, static_cast<std::size_t>(points[j].beam - points[j - 1].beam))];
-  std::size_t seen = 0;
-  for (std::size_t step = 0; step < bins; ++step) {
-    seen += count[step];
-    if (2 * seen >= points.size() - 1) return static_cast<double>(std::max<std::size_t>(step, 1));
-  }
-  return 1.0;
+  const std::size_t steps = points.size() - 1;
+  const auto beams = static_cast<std::size_t>(points.back().beam - points.front().beam);
+  if (2 * (beams - steps) <= steps) return 1.0;  // so few are lost that most returns are neighbours
+
+  std::array<std::size_t, bins> count{};
+  for (std::size_t j = 0; j < steps; ++j)
+    ++count[std::min(bins - 1, static_cast<std::size_t>(points[j + 1].beam - points[j].beam))];
+  std::size_t median = 0;
+  for (std::size_t seen = count[0]; 2 * seen < steps; seen += count[median]) ++median;
+  return static_cast<double>(median);
 }
 
 double passable_gap(double width, const SegmentationParams& params) noexcept {

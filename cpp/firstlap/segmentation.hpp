@@ -18,8 +18,9 @@ enum class Fate : std::uint8_t { kept, too_small, too_far, seen_through };
 struct Section {
   std::size_t first = 0;
   std::size_t last = 0;
-  double nearest = 0.0;  // [m] from the laser
-  double length = 0.0;   // [m] first to last point
+  std::size_t middle = 0;  // the point that is nearest to the laser
+  double nearest = 0.0;    // [m] its range
+  double length = 0.0;     // [m] first to last point
   Fate fate = Fate::kept;
 };
 

@@ -37,18 +37,20 @@ void push_between(Point2 a, Point2 b, double spacing, std::size_t section, Buffe
 void sample_run(const Buffer<ScanPoint>& points, std::size_t from, std::size_t to, Point2 previous, double spacing,
                 std::size_t section, Buffer<SectionSample>& samples) noexcept {
   const std::ptrdiff_t step = to >= from ? 1 : -1;
-  ScanPoint start = points[from];
+  Point2 start{points[from].x, points[from].y};
   Bin bin;
   bool filled = false;
   for (std::size_t i = from; i != to;) {
     i = static_cast<std::size_t>(static_cast<std::ptrdiff_t>(i) + step);
     bin.add(points[i]);
     filled = true;
-    if (norm(points[i].x - start.x, points[i].y - start.y) < spacing) continue;
+    const double dx = points[i].x - start.x;
+    const double dy = points[i].y - start.y;
+    if (dx * dx + dy * dy < spacing * spacing) continue;
     const Point2 mean = bin.mean();
     push_between(previous, mean, spacing, section, samples);
     previous = mean;
-    start = points[i];
+    start = {points[i].x, points[i].y};
     bin = {};
     filled = false;
   }
@@ -58,9 +60,7 @@ void sample_run(const Buffer<ScanPoint>& points, std::size_t from, std::size_t t
 // Samples outwards from the point nearest to the car, so that a mirrored scan gives mirrored samples.
 void sample_section(const Buffer<ScanPoint>& points, const Section& section, std::size_t index, double spacing,
                     Buffer<SectionSample>& samples) noexcept {
-  std::size_t middle = section.first;
-  for (std::size_t i = section.first; i <= section.last; ++i)
-    if (points[i].range < points[middle].range) middle = i;
+  const std::size_t middle = section.middle;
   Bin around;
   const std::size_t reach = std::min({std::size_t{3}, middle - section.first, section.last - middle});
   for (std::size_t i = middle - reach; i <= middle + reach; ++i) around.add(points[i]);
@@ -205,14 +205,15 @@ void sample_sections(const Buffer<ScanPoint>& points, const Buffer<Section>& sec
 void vote_by_past(const WallsSeen& before, const Buffer<TrajectoryPoint>& path, const SegmentationParams& params,
                   Buffer<SectionSample>& samples) noexcept {
   constexpr double same_wall = 0.1;  // [m]
+  WallSearch left(before.left, before.left.size());
+  WallSearch right(before.right, before.right.size());
   for (SectionSample& sample : samples) {
     // Most often the wall is where it was: then the other side need not be asked.
     const bool ask_left_first = sample.y > 0.0;
-    const auto distance_to = [&](bool left) {
-      return nearest_sample(left ? before.left : before.right, sample.x, sample.y).distance;
-    };
-    const double first = distance_to(ask_left_first);
-    const double second = first < same_wall ? 2.0 * same_wall : distance_to(!ask_left_first);
+    WallSearch& likely = ask_left_first ? left : right;
+    WallSearch& other = ask_left_first ? right : left;
+    const double first = likely.distance(sample.x, sample.y, same_wall);
+    const double second = first < same_wall ? 2.0 * same_wall : other.distance(sample.x, sample.y, same_wall);
     if (std::min(first, second) < params.past_radius)
       sample.vote = (first < second) == ask_left_first ? 1 : -1;
     else

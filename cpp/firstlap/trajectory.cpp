@@ -22,10 +22,10 @@ double ray_distance(const Point2& a, const Point2& b, const Point2& p) noexcept 
 
 // Where base_link stands beside the line.
 struct Foot {
-  std::size_t segment = 0;
   double along = 0.0;   // [m] from the line's first point
   double offset = 0.0;  // [m] of base_link, left of the line positive
-  double yaw = 0.0;     // [rad] of the line
+  double dx = 0.0;      // [m] the piece of line there
+  double dy = 0.0;
 };
 
 Foot foot_of_car(const Buffer<Point2>& points) noexcept {
@@ -42,7 +42,7 @@ Foot foot_of_car(const Buffer<Point2>& points) noexcept {
     const double gap = norm(rx - t * dx / length, ry - t * dy / length);
     if (gap < best_distance) {
       best_distance = gap;
-      best = {i, along + t, (dx * ry - dy * rx) / length, std::atan2(dy, dx)};
+      best = {along + t, (dx * ry - dy * rx) / length, dx, dy};
     }
     along += length;
   }
@@ -54,10 +54,9 @@ void keep_between_walls(const Buffer<CenterlinePoint>& line, double clearance, B
   for (std::size_t i = 0; i < points.size(); ++i) {
     const double dx = points[i].x - line[i].x;
     const double dy = points[i].y - line[i].y;
-    const double moved = norm(dx, dy);
     const double room = std::max(0.0, 0.5 * line[i].width - clearance);
-    if (moved <= room) continue;
-    const double share = room / moved;
+    if (dx * dx + dy * dy <= room * room) continue;
+    const double share = room / norm(dx, dy);
     points[i] = {line[i].x + share * dx, line[i].y + share * dy};
   }
 }
@@ -90,7 +89,7 @@ void smooth_between_walls(const Buffer<CenterlinePoint>& line, const CarGeometry
 void join_car(double join_distance, Buffer<Point2>& points) noexcept {
   if (points.size() < 3 || join_distance <= 0.0) return;
   const Foot foot = foot_of_car(points);
-  const double slope = std::clamp(std::tan(std::clamp(-foot.yaw, -0.78, 0.78)), -1.0, 1.0);
+  const double slope = std::clamp(std::tan(std::clamp(-std::atan2(foot.dy, foot.dx), -0.78, 0.78)), -1.0, 1.0);
   double along = 0.0;
   Point2 before = points[0];
   for (std::size_t i = 0; i + 1 < points.size(); ++i) {

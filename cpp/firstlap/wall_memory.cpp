@@ -21,21 +21,11 @@ bool is_hidden(double x, double y, const BeamTable& table, const Buffer<float>& 
   return seen == 0.0F || static_cast<double>(seen) < norm(x, y) - clear;
 }
 
-// True where one of the first `count` samples is within `distance` [m] of p.
-bool is_near(const WallSide& side, std::size_t count, Point2 p, double distance) noexcept {
-  for (std::size_t i = 0; i < count; ++i) {
-    const double dx = side.at(i).x - p.x;
-    const double dy = side.at(i).y - p.y;
-    if (dx * dx + dy * dy < distance * distance) return true;
-  }
-  return false;
-}
-
 // Marks sample `end` as a visible end, the wall coming from `inner`, unless the wall of this scan goes on there.
-void mark_end(std::size_t end, std::size_t inner, WallSide& side) noexcept {
+void mark_end(std::size_t end, std::size_t inner, WallSearch& seen, WallSide& side) noexcept {
   constexpr double joined = 0.5;  // [m]
   const Point2 e = side.at(end);
-  if (is_near(side, side.seen, e, joined)) return;
+  if (seen.distance(e.x, e.y, joined) < joined) return;
   const Point2 from = side.at(inner);
   const double length = norm(e.x - from.x, e.y - from.y);
   if (length > 1e-6) side.outward[end] = {(e.x - from.x) / length, (e.y - from.y) / length};
@@ -51,20 +41,21 @@ void recall_side(const WallSide& before, const BeamTable& table, const Buffer<fl
   side.seen = side.size();
   const std::size_t first = oldest_first ? before.seen : 0;
   std::size_t run = side.seen;  // first sample of the run at hand
+  WallSearch seen(side, side.seen);
   const auto close_run = [&] {
     if (side.size() == run) return;
     if (side.size() == run + 1) side.outward[run] = {1.0, 0.0};  // one sample tells nothing of what is ahead
     if (side.size() < run + 2) return;
     const std::size_t last = side.size() - 1;
-    mark_end(run, std::min(last, run + 2), side);
-    mark_end(last, last >= run + 2 ? last - 2 : run, side);
+    mark_end(run, std::min(last, run + 2), seen, side);
+    mark_end(last, last >= run + 2 ? last - 2 : run, seen, side);
   };
   for (std::size_t k = 0; k < before.size(); ++k) {
     const std::size_t i = (first + k) % before.size();
     const Point2 p = before.at(i);
     if (static_cast<double>(before.age[i]) > memory_time || p.x < -reach) continue;
+    if (seen.distance(p.x, p.y, same) < same) continue;
     if (!is_hidden(p.x - car.laser_x, p.y, table, ranges)) continue;
-    if (is_near(side, side.seen, p, same)) continue;
     if (side.size() > run && norm(p.x - side.at(side.size() - 1).x, p.y - side.at(side.size() - 1).y) > one_run) {
       close_run();
       run = side.size();

@@ -1,9 +1,16 @@
 #include "firstlap/walls_seen.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <limits>
+
+#ifdef __SSE__
+#include <xmmintrin.h>
+#endif
+
+#include "firstlap/geometry.hpp"
 
 namespace firstlap {
 namespace {
@@ -39,46 +46,111 @@ void WallSide::push(double px, double py, Point2 out, float seen_before) noexcep
   age.push(seen_before);
 }
 
-// Four samples at a time, in the vectors that gcc and clang offer on every processor: as a plain loop
-// this search would take half of a step.
-Nearest nearest_sample(const WallSide& side, double px, double py) noexcept {
-  constexpr std::size_t lanes = 4;
-  using Floats = float __attribute__((vector_size(16)));
-  using Ints = std::int32_t __attribute__((vector_size(16)));
-  const std::size_t n = side.size();
-  const float* xs = side.x.data();
-  const float* ys = side.y.data();
-  const auto fx = static_cast<float>(px);
-  const auto fy = static_cast<float>(py);
-  constexpr float far = std::numeric_limits<float>::infinity();
+namespace {
 
-  Floats best = {far, far, far, far};
-  Ints best_at = {0, 0, 0, 0};
-  Ints at = {0, 1, 2, 3};
-  std::size_t i = 0;
-  for (; i + lanes <= n; i += lanes) {
-    Floats dx;
-    Floats dy;
-    std::memcpy(&dx, xs + i, sizeof dx);
-    std::memcpy(&dy, ys + i, sizeof dy);
-    dx -= fx;
-    dy -= fy;
-    const Floats d = dx * dx + dy * dy;
-    const Ints nearer = d < best;
-    best = nearer ? d : best;
-    best_at = nearer ? at : best_at;
-    at += static_cast<std::int32_t>(lanes);
+// Vectors that gcc and clang offer on every processor: as a plain loop the search would take half of a step.
+constexpr std::size_t lanes = 4;
+using Floats = float __attribute__((vector_size(16)));
+using Ints = std::int32_t __attribute__((vector_size(16)));
+
+Floats load(const float* from) noexcept {
+  Floats floats;
+  std::memcpy(&floats, from, sizeof floats);
+  return floats;
+}
+
+// Lane by lane; x86 has an instruction for it that gcc does not find.
+Floats smaller(Floats a, Floats b) noexcept {
+#ifdef __SSE__
+  return _mm_min_ps(a, b);
+#else
+  return a < b ? a : b;
+#endif
+}
+
+// The sample nearest to (x, y), block by block: each lane remembers its smallest squared distance so far and
+// the block where that was.
+class Search {
+ public:
+  static constexpr std::size_t block = 2 * lanes;  // samples
+
+  Search(const WallSide& side, double x, double y) noexcept
+      : xs_(side.x.data()), ys_(side.y.data()), x_(static_cast<float>(x)), y_(static_cast<float>(y)) {}
+
+  void look_at_block(std::size_t first) noexcept {
+    const Floats d = smaller(squared_distances(first), squared_distances(first + lanes));
+    const Ints nearer = d < best_;
+    const Ints here = Ints{} + static_cast<std::int32_t>(first);
+    best_ = smaller(d, best_);
+    block_ = (nearer & here) | (~nearer & block_);
   }
-  std::size_t index = 0;
-  float smallest = far;
-  const auto consider = [&](float d, std::size_t k) {
-    if (d >= smallest) return;
-    smallest = d;
-    index = k;
-  };
-  for (std::size_t k = 0; k < lanes; ++k) consider(best[k], static_cast<std::size_t>(best_at[k]));
-  for (; i < n; ++i) consider((xs[i] - fx) * (xs[i] - fx) + (ys[i] - fy) * (ys[i] - fy), i);
-  return {index, std::sqrt(static_cast<double>(smallest))};
+  // For what is no whole block.
+  void look_at(std::size_t i) noexcept {
+    const float d = squared_distance(i);
+    if (d >= best_[0]) return;
+    best_[0] = d;
+    block_[0] = static_cast<std::int32_t>(i);
+  }
+  [[nodiscard]] Nearest nearest() const noexcept {
+    std::size_t lane = 0;
+    for (std::size_t k = 1; k < lanes; ++k)
+      if (best_[k] < best_[lane]) lane = k;
+    std::size_t index = static_cast<std::size_t>(block_[lane]) + lane;
+    if (squared_distance(index) != best_[lane]) index += lanes;
+    return {index, std::sqrt(static_cast<double>(best_[lane]))};
+  }
+
+ private:
+  [[nodiscard]] Floats squared_distances(std::size_t first) const noexcept {
+    const Floats dx = load(xs_ + first) - x_;
+    const Floats dy = load(ys_ + first) - y_;
+    return dx * dx + dy * dy;
+  }
+  [[nodiscard]] float squared_distance(std::size_t i) const noexcept {
+    const float dx = xs_[i] - x_;
+    const float dy = ys_[i] - y_;
+    return dx * dx + dy * dy;
+  }
+
+  static constexpr float far = std::numeric_limits<float>::infinity();
+  const float* xs_;
+  const float* ys_;
+  float x_;
+  float y_;
+  Floats best_ = {far, far, far, far};
+  Ints block_ = {0, 0, 0, 0};
+};
+
+Nearest nearest_of_first(std::size_t n, const WallSide& side, double x, double y) noexcept {
+  if (n == 0) return {0, std::numeric_limits<double>::infinity()};
+  Search search(side, x, y);
+  if (n < Search::block) {
+    for (std::size_t i = 0; i < n; ++i) search.look_at(i);
+    return search.nearest();
+  }
+  std::size_t i = 0;
+  for (; i + Search::block <= n; i += Search::block) search.look_at_block(i);
+  if (i < n) search.look_at_block(n - Search::block);  // some of it again
+  return search.nearest();
+}
+
+}  // namespace
+
+Nearest nearest_sample(const WallSide& side, double px, double py) noexcept {
+  return nearest_of_first(side.size(), side, px, py);
+}
+
+double WallSearch::distance(double x, double y, double enough) noexcept {
+  constexpr std::size_t reach = 3;  // samples that are tried first
+  for (std::size_t i = last_; i < std::min(last_ + reach, count_); ++i) {
+    const double d = norm(x - side_.at(i).x, y - side_.at(i).y);
+    if (d >= enough) continue;
+    last_ = i;
+    return d;
+  }
+  const Nearest nearest = nearest_of_first(count_, side_, x, y);
+  last_ = nearest.index;
+  return nearest.distance;
 }
 
 void move_walls(const Pose2& motion, double dt, WallsSeen& walls) noexcept {

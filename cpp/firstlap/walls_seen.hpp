@@ -34,6 +34,21 @@ struct Nearest {
 
 Nearest nearest_sample(const WallSide& side, double px, double py) noexcept;
 
+// Asks the first `count` samples of a side for one point after the other along a wall: the answer is most
+// often next to the last one.
+class WallSearch {
+ public:
+  WallSearch(const WallSide& side, std::size_t count) noexcept : side_(side), count_(count) {}
+
+  // To the nearest sample [m], or to one that is nearer than `enough` [m].
+  double distance(double x, double y, double enough) noexcept;
+
+ private:
+  const WallSide& side_;
+  std::size_t count_;
+  std::size_t last_ = 0;
+};
+
 struct WallsSeen {
   WallSide left;
   WallSide right;

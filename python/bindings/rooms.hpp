@@ -9,5 +9,6 @@ void bind_core(nanobind::module_& m);
 void bind_drivers(nanobind::module_& m);
 void bind_sim(nanobind::module_& m);
 void bind_bench(nanobind::module_& m);
+void bind_replay(nanobind::module_& m);
 
 }  // namespace firstlap::bindings

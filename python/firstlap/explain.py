@@ -16,8 +16,13 @@ from firstlap.drivers.registry import Preparation, driver_kind
 from firstlap.errors import InputError
 from firstlap.race import start_race
 from firstlap.racer import step_core
-from firstlap.setup_file import Setup
+from firstlap.recordings.recording import Recording
+from firstlap.replay import prepared
+from firstlap.setup_file import LOCAL, Setup
 from firstlap.tracks.track import Track
+
+SCANS_BEFORE = 400
+"""That the driver sees before the scan in question: its memory is far shorter."""
 
 
 @dataclass(frozen=True)
@@ -35,6 +40,7 @@ class Moment:
     steering_angle: float
     walls: list[tuple[npt.NDArray[np.float64], bool]]
     outcome: str = ""
+    remarks: tuple[str, ...] = ()
 
 
 def explain_race(track: Track, setup: Setup, car: Car, at: float, *, seed: int, reverse: bool) -> Moment:
@@ -86,67 +92,49 @@ def _to_car(points: npt.NDArray[np.float64], x: float, y: float, yaw: float) -> 
     return np.asarray((points - (x, y)) @ np.array([[c, -s], [s, c]]))
 
 
-def explain_scan(path: Path, setup: Setup, car: Car, index: int, speed: float) -> Moment:
-    """The step on scan `index` of an .npz recording, after the scans before it. Raises InputError.
+def explain_recording(recording: Recording, setup: Setup, car: Car, index: int, *, mask_body: bool = True) -> Moment:
+    """The step on scan `index` of a recording (negative: from its end), after the scans before it.
 
-    The file holds ranges (N, beams) in metres, angle_min and angle_increment in rad, and may hold range_max, stamps
-    (N,), speed, yaw_rate and steering_angle (N,); `speed` [m/s] serves where it has none.
+    mask_body: as of `firstlap.replay.replay`. Raises InputError.
     """
-    recording = _read_recording(path)
-    ranges = recording["ranges"]
-    if not -len(ranges) <= index < len(ranges):
-        raise InputError(f"{path}: has scans 0 to {len(ranges) - 1}, asked for {index}")
-    index %= len(ranges)
-    stamps = recording.get("stamps", np.arange(len(ranges)) * 0.025)
+    count = len(recording)
+    if not -count <= index < count:
+        raise InputError(f"{recording.source}: has scans 0 to {count - 1}, asked for {index}")
+    index %= count
     kind = driver_kind(setup.driver)
     if kind.needs_map:
-        raise InputError(f"--scan: the driver {kind.name} needs a map; a scan alone has none")
+        raise InputError(f"{recording.source}: the driver {kind.name} needs a map; scans alone have none")
+    remarks: tuple[str, ...] = ()
+    if kind.name == LOCAL:
+        setup, _, remarks = prepared(recording, setup, mask_body)
     driver = kind.make(setup.params(car.core), car, Preparation())
-    state = {"speed": speed, "yaw_rate": 0.0, "steering_angle": 0.0}
-    for i in range(max(0, index - 200), index + 1):
-        state = {name: float(recording[name][i]) if name in recording else value for name, value in state.items()}
+    for i in range(max(0, index - SCANS_BEFORE), index + 1):
+        angle_min, angle_increment, time_increment, range_min, range_max = recording.headers[i].tolist()
+        speed, yaw_rate, steering_angle = recording.states[i].tolist()
         step_core(
             driver.core,
-            ranges[i],
-            speed=state["speed"],
-            yaw_rate=state["yaw_rate"],
-            steering_angle=state["steering_angle"],
-            dt=float(stamps[i] - stamps[i - 1]) if i else 0.025,
-            angle_min=float(recording["angle_min"]),
-            angle_increment=float(recording["angle_increment"]),
-            range_max=float(recording.get("range_max", 30.0)),
+            recording.ranges[i],
+            speed=speed,
+            yaw_rate=yaw_rate,
+            steering_angle=steering_angle,
+            dt=float(recording.dts[i]),
+            angle_min=angle_min,
+            angle_increment=angle_increment,
+            time_increment=time_increment,
+            range_min=range_min,
+            range_max=range_max,
         )
     return Moment(
-        title=f"{path.stem}, scan {index}",
-        subtitle=f"{setup.title}, car {car.name}, {ranges.shape[1]} beams",
+        title=f"{recording.name}, scan {index}",
+        subtitle=f"{recording.stamps[index]:.2f} s, {setup.title}, car {car.name}, "
+        f"{len(recording.ranges[index])} beams, speed from {recording.sources['speed']}",
         driver=setup.driver,
         trace=driver.trace,
         params=setup.params(car.core).values(),
         car=car.core.values()["geometry"],
-        speed=state["speed"],
-        yaw_rate=state["yaw_rate"],
-        steering_angle=state["steering_angle"],
+        speed=speed,
+        yaw_rate=yaw_rate,
+        steering_angle=steering_angle,
         walls=[],
+        remarks=(*recording.remarks, *remarks),
     )
-
-
-def _read_recording(path: Path) -> dict[str, npt.NDArray[np.float64]]:
-    try:
-        with np.load(path, allow_pickle=False) as file:
-            wanted = ("ranges", "angle_min", "angle_increment", "range_max", "stamps", "speed", "yaw_rate",
-                      "steering_angle")  # fmt: skip
-            recording = {key: np.asarray(file[key], dtype=np.float64) for key in wanted if key in file}
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
-    except Exception as error:
-        raise InputError(f"{path}: not an .npz recording of scans ({type(error).__name__})") from None
-    missing = [key for key in ("ranges", "angle_min", "angle_increment") if key not in recording]
-    if missing:
-        raise InputError(f"{path}: has no '{missing[0]}'; expected ranges, angle_min and angle_increment")
-    recording["ranges"] = np.atleast_2d(recording["ranges"])
-    count = len(recording["ranges"])
-    for key, value in recording.items():
-        single = key in ("angle_min", "angle_increment", "range_max")
-        if value.ndim != (0 if single else 2 if key == "ranges" else 1) or (not single and len(value) != count):
-            raise InputError(f"{path}: '{key}' has the shape {value.shape}, which does not fit {count} scans")
-    return recording

@@ -1,4 +1,4 @@
-"""Files that are written whole or not at all."""
+"""Files: there before they are read, written whole or not at all."""
 
 from __future__ import annotations
 
@@ -8,6 +8,18 @@ from collections.abc import Callable
 from pathlib import Path
 
 from firstlap.errors import InputError
+
+LOGS = (".mcap",)
+
+
+def check_readable(path: Path, expected: str) -> None:
+    """Raises InputError where `path` is no file; `expected` says what it should be, such as 'a YAML file'."""
+    if path.is_dir():
+        raise InputError(f"{path}: is a folder; expected {expected}")
+    if not path.exists():
+        raise InputError(f"{path}: no such file")
+    if not path.is_file():
+        raise InputError(f"{path}: is a device or a pipe; expected {expected}")
 
 
 def check_writable(path: str | Path, suffixes: tuple[str, ...]) -> Path:

@@ -81,13 +81,13 @@ class FieldTable:
             raise InputError(f"{where}: {field.key} is {shown}, outside of what is allowed: {field.range}")
         return number if field.type == "float" else int(number)
 
-    def parse_assignment(self, text: str) -> tuple[Field, Value]:
+    def parse_assignment(self, text: str, option: str = "--set", example: str = "k_ang=0.3") -> tuple[Field, Value]:
         """NAME=VALUE, as of the option --set. Raises InputError."""
         name, equals, value = text.partition("=")
         if not equals or not name.strip() or not value.strip():
-            raise InputError(f"--set {text[:60]}: expected NAME=VALUE, for example --set k_ang=0.3")
-        field = self.find(name.strip(), "--set")
-        return field, self.check(field, value.strip(), "--set")
+            raise InputError(f"{option} {text[:60]}: expected NAME=VALUE, for example {option} {example}")
+        field = self.find(name.strip(), option)
+        return field, self.check(field, value.strip(), option)
 
     def read(self, path: Path) -> Values:
         """The values in a YAML file of sections. Raises InputError."""

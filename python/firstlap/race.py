@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -52,6 +52,7 @@ class RaceResult:
     """What a race leaves behind.
 
     outcome: finished, contact, stuck, timeout, wrong_way, or running when it was interrupted.
+    options: what was asked for of the field table `RaceOptions`, laps and seed aside.
     path: columns, one entry per scan, map frame and SI: time, x, y, yaw, speed, s, lateral_offset, ...
     compute_times: (steps,) microseconds of each driver step, by its thread's CPU clock.
     skipped_scans: that came while the driver was busy and were overtaken by the next.
@@ -70,6 +71,7 @@ class RaceResult:
     contact: Contact | None
     compute_times: npt.NDArray[np.float32]
     path: dict[str, npt.NDArray[Any]]
+    options: Mapping[str, float] = field(default_factory=dict)
     skipped_scans: int = 0
     latency: str = "none"
 
@@ -104,6 +106,7 @@ class RaceResult:
             "setup": self.setup.name,
             "set": changed,
             "car": self.car.name,
+            "options": dict(self.options),
             "seed": self.seed,
             "outcome": self.outcome,
             "laps": [asdict(lap) for lap in self.laps],
@@ -150,8 +153,8 @@ def start_race(
     """A race that has not begun, for stepping. Raises InputError where it cannot begin."""
     core_options = _core.RaceOptions()
     for name, value in {"laps": laps, **(options or {})}.items():
-        field = OPTION_FIELDS.find(name, "race options")
-        core_options.set(field.section, field.name, OPTION_FIELDS.check(field, value, "race options"))
+        entry = OPTION_FIELDS.find(name, "race options")
+        core_options.set(entry.section, entry.name, OPTION_FIELDS.check(entry, value, "race options"))
     if not 0 <= seed < 2**64:
         raise InputError(f"seed is {seed}, outside of what is allowed: 0 to 2^64 - 1")
     core_options.seed = seed
@@ -174,6 +177,7 @@ def race(
     preparation: Preparation | None = None,
     options: Mapping[str, float] | None = None,
     look: Callable[[_core.Race], object] | None = None,
+    record: str | Path | None = None,
 ) -> RaceResult:
     """Races until the laps are driven, or the car touches a wall, stands, or turns back.
 
@@ -181,7 +185,7 @@ def race(
     random. latency: measured, fixed:MS or none, how the driver's compute time delays its commands. preparation: what
     the driver made of the track before, where it needs a map (it prepares itself otherwise). options: of the field
     table `RaceOptions`, such as mu_scale. look: called about once a simulated second with the race so far; an
-    exception from it ends the race. Raises InputError.
+    exception from it ends the race. record: an .mcap file for its log, see docs/recordings.md. Raises InputError.
     """
     setup = choose_setup(driver, setup)
     kind = driver_kind(setup.driver)
@@ -193,6 +197,12 @@ def race(
         preparation = kind.prepare(track, setup, car, seed, None)
     handle = kind.make(setup.params(car.core), car, preparation)
     running = start_race(track, handle, car, laps=laps, seed=seed, options={**delay, **(options or {})})
+    if record is not None:
+        from firstlap.recordings.race_log import drive_and_log, race_about
+
+        what = f"{track.name}{', reverse' if reverse else ''}"
+        racer = handle.core if isinstance(handle.core, _core.Racer) else None
+        drive_and_log(running, racer, race_about(running, setup, car, what, seed), record, look)
     while running.advance(SCANS_PER_LOOK):
         if look:
             look(running)
@@ -210,6 +220,7 @@ def race(
         contact=Contact(**found["contact"]) if found["contact"] else None,
         compute_times=found["compute_times"],
         path=found["path"],
+        options=dict(options or {}),
         skipped_scans=found["skipped_scans"],
         latency=latency,
     )

@@ -62,6 +62,10 @@ class Setup:
         setup.validate(where)
         return setup
 
+    def with_given(self, values: Values) -> Setup:
+        """A copy with values that a recording asks for; they do not count as changed by a person."""
+        return replace(self, given={**self.given, **values})
+
     def validate(self, where: str) -> None:
         """Raises InputError where values contradict each other."""
         try:

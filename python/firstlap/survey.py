@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import statistics
 import threading
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, field
 from typing import Any
@@ -73,10 +73,12 @@ class InterruptedSurveyError(Exception):
 class Survey:
     """Every track, direction and seed with one setup, on all cores. The core races without the GIL."""
 
-    def __init__(self, setup: Setup, car: Car, laps: int) -> None:
+    def __init__(self, setup: Setup, car: Car, laps: int, options: Mapping[str, float] | None = None) -> None:
+        """options: conditions of every race, of the field table `RaceOptions`."""
         self.setup = setup
         self.car = car
         self.laps = laps
+        self.options = dict(options or {})
         self.summaries: dict[str, TrackSummary] = {}
         self._stop = threading.Event()
 
@@ -105,6 +107,7 @@ class Survey:
             laps=self.laps,
             seed=run.seed,
             reverse=run.reverse,
+            options=self.options,
             look=self._look,
         )
 
@@ -122,6 +125,7 @@ class Survey:
             "setup": self.setup.name,
             "set": {f"{section}.{name}": value for (section, name), value in self.setup.changed.items()},
             "car": self.car.name,
+            "options": self.options,
             "laps": self.laps,
             "runs": runs,
             "finished": finished,

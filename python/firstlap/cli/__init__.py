@@ -1,18 +1,27 @@
-"""The command line. Exit codes: 0 done, 1 not finished, 2 bad input, 130 interrupted."""
+"""The command line. Exit codes: 0 done, 1 not finished, 2 bad input, 130 interrupted, 141 output closed."""
 
 from __future__ import annotations
 
-import os
 import sys
 
 import typer
 
 from firstlap import __version__
-from firstlap.cli import bench, check, compare, explain, race, survey, tracks
+from firstlap.cli import bench, check, compare, explain, race, replay, survey, tracks
 from firstlap.cli.common import fail
+from firstlap.cli.process import (
+    Commands,
+    InterruptedCommandError,
+    OutputGoneError,
+    end_process,
+    interrupted,
+    silence,
+    watch_process,
+)
 from firstlap.errors import InputError
 
 app = typer.Typer(
+    cls=Commands,
     help="Race an unseen track with a 2D LiDAR: simulate, look at every step, tune.",
     no_args_is_help=True,
     add_completion=False,
@@ -23,6 +32,7 @@ app.command("race")(race.race)
 app.command("survey")(survey.survey)
 app.command("compare")(compare.compare)
 app.command("explain")(explain.explain)
+app.command("replay")(replay.replay)
 app.command("check")(check.check)
 app.command("tracks")(tracks.tracks)
 app.command("bench")(bench.bench)
@@ -45,29 +55,52 @@ def _root(
 
 def run(arguments: list[str] | None = None) -> int:
     """Runs one command line (default: the process's) and returns its exit code; errors are one line on stderr."""
-    arguments = sys.argv[1:] if arguments is None else arguments
+    return _flushed(_run(sys.argv[1:] if arguments is None else arguments))
+
+
+def _run(arguments: list[str]) -> int:
     try:
         code = app(arguments or ["--help"], standalone_mode=False, prog_name="firstlap")
     except InputError as error:
         return fail(str(error), 2)
-    except (KeyboardInterrupt, typer.Abort):
+    except (KeyboardInterrupt, InterruptedCommandError, typer.Abort):
         return fail("interrupted", 130)
+    except (BrokenPipeError, OutputGoneError):
+        silence(sys.stdout)
+        return 141
     except typer.Exit as stop:
         return stop.exit_code
-    except BrokenPipeError:
-        # Whoever read our output has gone: nothing to say, and nothing to flush at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 141
     except OSError as error:
         return fail(f"{error.filename or 'output'}: {error.strerror or error}", 2)
     except Exception as error:
         message = getattr(error, "format_message", None)
+        if interrupted():
+            return fail("interrupted", 130)
         if message is None:
             raise
         return fail(message(), 2)
     return code if isinstance(code, int) else 0
 
 
+def _flushed(code: int) -> int:
+    """The exit code after all output is out; 141 where whoever read it has gone, which needs no words."""
+    try:
+        if sys.stdout is not None:
+            sys.stdout.flush()
+    except BrokenPipeError:
+        silence(sys.stdout)
+        return 141
+    except OSError as error:
+        silence(sys.stdout)
+        return fail(f"output: {error.strerror or error}", 2)
+    return code
+
+
 def main() -> None:
-    """Entry point of the command `firstlap`."""
-    sys.exit(run())
+    """Runs the command line of this process, and ends it."""
+    try:
+        watch_process()
+        code = run()
+    except KeyboardInterrupt:
+        code = fail("interrupted", 130)
+    end_process(code)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Annotated, Any
 
@@ -13,6 +13,9 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, Progress, ProgressColumn, TextColumn, TimeRemainingColumn
 
+from firstlap.cli.process import silence
+from firstlap.errors import InputError
+from firstlap.race import OPTION_FIELDS
 from firstlap.setup_file import Setup, choose_setup
 
 TrackArgument = Annotated[
@@ -36,6 +39,12 @@ SetOption = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="NAME=VALUE", help="Change one parameter of the setup; repeatable."),
 ]
+ConditionOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--option", metavar="NAME=VALUE", help="Change a condition of the race, such as mu_scale=0.85; repeatable."
+    ),
+]
 CarOption = Annotated[str, typer.Option("--car", metavar="CAR", help="default, nuc2, gym or a YAML file.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
 LapsOption = Annotated[int, typer.Option("--laps", min=1, max=100_000, help="Laps to drive, with the standing one.")]
@@ -43,7 +52,10 @@ LapsOption = Annotated[int, typer.Option("--laps", min=1, max=100_000, help="Lap
 
 def fail(message: str, code: int) -> int:
     """Says in one line on stderr what was wrong; returns the exit code."""
-    print("error: " + " ".join(message.split()), file=sys.stderr)
+    try:
+        print("error: " + " ".join(message.split()), file=sys.stderr, flush=True)
+    except OSError:
+        silence(sys.stderr)
     return code
 
 
@@ -51,6 +63,23 @@ def chosen_setup(setup: str | None, changes: list[str] | None, driver: str | Non
     """The setup of --driver and --setup with the changes of --set. Raises InputError."""
     loaded = choose_setup(driver, setup)
     return loaded.with_assignments(changes) if changes else loaded
+
+
+def chosen_options(assignments: list[str] | None) -> dict[str, float]:
+    """The race options of --option; what has an option of its own is not among them. Raises InputError."""
+    chosen: dict[str, float] = {}
+    for text in assignments or []:
+        field, value = OPTION_FIELDS.parse_assignment(text, "--option", "mu_scale=0.85")
+        if field.name in ("laps", "record_path"):
+            instead = "use --laps" if field.name == "laps" else "every race keeps its path"
+            raise InputError(f"--option {text[:60]}: {field.name} is not an option here; {instead}")
+        chosen[field.name] = value
+    return chosen
+
+
+def described_options(options: Mapping[str, float]) -> str:
+    """ ", NAME VALUE" each, for titles."""
+    return "".join(f", {name} {value:g}" for name, value in options.items())
 
 
 def print_json(data: dict[str, Any]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Annotated
 
@@ -9,43 +10,92 @@ import typer
 from rich.markup import escape
 
 from firstlap.car_file import load_car
-from firstlap.cli.common import CarOption, DriverOption, SetOption, SetupOption, chosen_setup, console
+from firstlap.cli.common import DriverOption, SetOption, chosen_setup, console, note
+from firstlap.cli.recording import (
+    CarOfRecording,
+    DriveTopic,
+    ImuTopic,
+    KeepBody,
+    OdomTopic,
+    ScanTopic,
+    SetupOfRecording,
+    SpeedOption,
+    read,
+    setup_and_car,
+)
 from firstlap.errors import InputError
+from firstlap.explain import Moment
 from firstlap.output import check_writable
+from firstlap.recordings import Topics
 from firstlap.tracks.library import load_track
 
 
 def explain(
-    track: Annotated[str | None, typer.Argument(metavar="[TRACK]", help="As of `race`; the car drives there.")] = None,
-    at: Annotated[float, typer.Option("--at", metavar="METRES", help="Way from the start line.")] = 0.0,
-    scan: Annotated[Path | None, typer.Option("--scan", metavar="FILE", help="An .npz recording of scans.")] = None,
-    index: Annotated[int, typer.Option("--index", help="Which scan of the recording.")] = 0,
-    speed: Annotated[float, typer.Option("--speed", help="m/s, for a recording without.")] = 1.0,
+    what: Annotated[
+        str | None, typer.Argument(metavar="TRACK|RECORDING", help="A track as of `race`, or with --scan a recording.")
+    ] = None,
+    at: Annotated[float | None, typer.Option("--at", metavar="METRES", help="Way from the track's start line.")] = None,
+    scan: Annotated[
+        str | None,
+        typer.Option("--scan", metavar="K|FILE", help="Which scan of RECORDING (-1 is the last); or the recording."),
+    ] = None,
+    index: Annotated[int, typer.Option("--index", metavar="K", help="Which scan of --scan FILE.")] = 0,
     driver: DriverOption = None,
-    setup: SetupOption = None,
+    setup: SetupOfRecording = None,
     changes: SetOption = None,
-    seed: Annotated[int, typer.Option("--seed", min=0, help="Of everything random.")] = 1,
-    reverse: Annotated[bool, typer.Option("--reverse", help="Drive the other way round.")] = False,
-    car: CarOption = "default",
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Of everything random in a race.")] = 1,
+    reverse: Annotated[bool, typer.Option("--reverse", help="Drive the track the other way round.")] = False,
+    scan_topic: ScanTopic = None,
+    odom_topic: OdomTopic = None,
+    imu_topic: ImuTopic = None,
+    drive_topic: DriveTopic = None,
+    speed: SpeedOption = None,
+    car: CarOfRecording = None,
+    keep_body: KeepBody = False,
     plot: Annotated[Path, typer.Option("--plot", metavar="FILE", help="Where the picture goes.")] = Path("explain.png"),
 ) -> int:
     """Draw one step of a driver: what it saw, what it made of it, and why it steers as it does."""
-    from firstlap.explain import explain_race, explain_scan
+    from firstlap.explain import explain_race, explain_recording
     from firstlap.explain_plot import plot_moment
     from firstlap.plot import PICTURES
 
-    if (track is None) == (scan is None):
-        raise InputError("expected either TRACK with --at METRES, or --scan FILE")
+    recording_file, index = _recording(what, at, scan, index)
     check_writable(plot, PICTURES)
-    chosen = chosen_setup(setup, changes, driver)
-    loaded_car = load_car(car)
-    if scan is not None:
-        moment = explain_scan(scan, chosen, loaded_car, index, speed)
+    if recording_file is None:
+        moment = explain_race(
+            load_track(str(what)),
+            chosen_setup(setup, changes, driver),
+            load_car(car or "default"),
+            at or 0.0,
+            seed=seed,
+            reverse=reverse,
+        )
     else:
-        moment = explain_race(load_track(str(track)), chosen, loaded_car, at, seed=seed, reverse=reverse)
+        topics = Topics(scan=scan_topic, odom=odom_topic, imu=imu_topic, drive=drive_topic, speed=speed)
+        recording = read(recording_file, topics)
+        chosen, loaded_car, remarks = setup_and_car(recording, setup, changes, car, driver)
+        moment = explain_recording(recording, chosen, loaded_car, index, mask_body=not keep_body)
+        for remark in remarks:
+            note(remark)
     plot_moment(moment, plot)
+    _print(moment, plot)
+    return 0
+
+
+def _recording(what: str | None, at: float | None, scan: str | None, index: int) -> tuple[Path | None, int]:
+    """Which recording, if any, and which of its scans: `RECORDING --scan K` or `--scan FILE --index K`."""
+    number = re.fullmatch(r"[+-]?[0-9]{1,9}", scan or "")
+    if (at is not None and scan is not None) or (what is None) == (scan is None or number is not None):
+        raise InputError("expected TRACK with --at METRES, RECORDING with --scan K, or --scan FILE with --index K")
+    if scan is None:
+        return None, index
+    return (Path(str(what)), int(scan)) if number else (Path(scan), index)
+
+
+def _print(moment: Moment, plot: Path) -> None:
+    for remark in moment.remarks:
+        note(remark)
     out = console()
     if moment.outcome:
         out.print(f"[yellow]the race ended before that: {moment.outcome}; this is its last step[/]")
     out.print(escape(f"picture: {plot}"), soft_wrap=True)
-    return 0

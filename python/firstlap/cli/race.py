@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
 
@@ -11,9 +12,10 @@ from rich.progress import BarColumn, Progress, TextColumn
 from rich.table import Table
 
 from firstlap import _core
-from firstlap.car_file import Car, load_car
+from firstlap.car_file import load_car
 from firstlap.cli.common import (
     CarOption,
+    ConditionOption,
     DriverOption,
     JsonOption,
     LapsOption,
@@ -21,18 +23,18 @@ from firstlap.cli.common import (
     SetOption,
     SetupOption,
     TrackArgument,
+    chosen_options,
     chosen_setup,
     console,
+    described_options,
     note,
     print_json,
     progress_bar,
 )
-from firstlap.output import check_writable
+from firstlap.output import LOGS, check_writable
 from firstlap.race import RaceResult, latency_options
 from firstlap.race import race as run_race
-from firstlap.setup_file import Setup
 from firstlap.tracks.library import load_track
-from firstlap.tracks.track import Track
 
 
 def race(
@@ -44,8 +46,12 @@ def race(
     seed: Annotated[int, typer.Option("--seed", min=0, help="Of everything random.")] = 1,
     reverse: Annotated[bool, typer.Option("--reverse", help="Drive the other way round.")] = False,
     car: CarOption = "default",
+    options: ConditionOption = None,
     latency: LatencyOption = "none",
     plot: Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Write a picture of the race.")] = None,
+    record: Annotated[
+        Path | None, typer.Option("--record", metavar="FILE.mcap", help="Log everything as ROS messages.")
+    ] = None,
     as_json: JsonOption = False,
 ) -> int:
     """Race one track: laps, lap times, and a picture. Exits 0 when finished, 1 when not."""
@@ -53,31 +59,47 @@ def race(
         from firstlap.plot import PICTURES
 
         check_writable(plot, PICTURES)
+    if record:
+        check_writable(record, LOGS)
     chosen = chosen_setup(setup, changes, driver)
     latency_options(latency)
+    conditions = chosen_options(options)
     loaded_car = load_car(car)
     loaded = load_track(track)
-    result = _watched_race(loaded, chosen, loaded_car, laps, seed, reverse, latency)
+
+    def drive(look: Callable[[_core.Race], object]) -> RaceResult:
+        return run_race(
+            loaded,
+            chosen,
+            loaded_car,
+            laps=laps,
+            seed=seed,
+            reverse=reverse,
+            latency=latency,
+            options=conditions,
+            look=look,
+            record=record,
+        )
+
+    result = _watched(drive, laps, loaded.length)
     if plot:
         result.plot(plot)
     if as_json:
         print_json(result.to_dict())
     else:
-        _print(result, plot)
+        _print(result, plot, record)
     return 0 if result.finished else 1
 
 
-def _watched_race(
-    track: Track, setup: Setup, car: Car, laps: int, seed: int, reverse: bool, latency: str
-) -> RaceResult:
+def _watched(drive: Callable[[Callable[[_core.Race], object]], RaceResult], laps: int, length: float) -> RaceResult:
     columns = (TextColumn("{task.description}"), BarColumn(50), TextColumn("{task.fields[speed]:.1f} m/s"))
     with progress_bar(*columns) as bar:
-        task = bar.add_task(f"lap 1 of {laps}", total=laps * track.length, speed=0.0)
+        task = bar.add_task(f"lap 1 of {laps}", total=laps * length, speed=0.0)
 
         def look(running: _core.Race) -> None:
             _show(bar, task, running, laps)
 
-        return run_race(track, setup, car, laps=laps, seed=seed, reverse=reverse, latency=latency, look=look)
+        return drive(look)
 
 
 def _show(bar: Progress, task: int, running: _core.Race, laps: int) -> None:
@@ -90,10 +112,10 @@ def _show(bar: Progress, task: int, running: _core.Race, laps: int) -> None:
     )
 
 
-def _print(result: RaceResult, plot: Path | None) -> None:
+def _print(result: RaceResult, plot: Path | None, record: Path | None) -> None:
     for remark in result.track.notes:
         note(remark)
-    direction = "" if result.direction == "forward" else ", reverse"
+    direction = ("" if result.direction == "forward" else ", reverse") + described_options(result.options)
     table = Table(title=escape(f"{result.track.name}, {result.track.length:.1f} m{direction}, {result.setup.title}"))
     for heading in ("lap", "time s", "mean m/s", "top m/s", "clearance m", ""):
         table.add_column(heading, justify="right")
@@ -121,3 +143,5 @@ def _print(result: RaceResult, plot: Path | None) -> None:
         out.print(f"late: {result.skipped_scans} scans came while the driver was busy and were skipped")
     if plot:
         out.print(escape(f"picture: {plot}"), soft_wrap=True)
+    if record:
+        out.print(escape(f"log: {record}"), soft_wrap=True)

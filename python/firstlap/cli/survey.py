@@ -13,13 +13,16 @@ from firstlap import __version__
 from firstlap.car_file import load_car
 from firstlap.cli.common import (
     CarOption,
+    ConditionOption,
     DriverOption,
     JsonOption,
     LapsOption,
     SetOption,
     SetupOption,
+    chosen_options,
     chosen_setup,
     console,
+    described_options,
     fail,
     print_json,
     progress_bar,
@@ -42,10 +45,11 @@ def survey(
     seeds: Annotated[int, typer.Option("--seeds", min=1, max=10_000, help="Seeds 1 to K for each track.")] = 3,
     both: Annotated[bool, typer.Option("--both", help="Both directions.")] = False,
     car: CarOption = "default",
+    options: ConditionOption = None,
     as_json: JsonOption = False,
 ) -> int:
     """Race many tracks, directions and seeds on all cores: is a setup safe? Exits 0 when every race finished."""
-    races = Survey(chosen_setup(setup, changes, driver), load_car(car), laps)
+    races = Survey(chosen_setup(setup, changes, driver), load_car(car), laps, chosen_options(options))
     specs = expand(tracks)
     interrupted = False
     bar_columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
@@ -108,8 +112,10 @@ def expand(tracks: list[str]) -> list[str]:
 
 def _print(found: dict[str, Any]) -> None:
     both = ", both directions" if found["both"] else ""
+    car = "" if found["car"] == "default" else f", car {found['car']}"
+    conditions = car + described_options(found["options"])
     what = f"driver {found['driver']}, setup {found['setup']}"
-    table = Table(title=escape(f"{what}, {found['laps']} laps, {found['seeds']} seeds{both}"))
+    table = Table(title=escape(f"{what}, {found['laps']} laps, {found['seeds']} seeds{both}{conditions}"))
     table.add_column("track", overflow="fold")
     for heading in ("length m", "finished", "best s", "median s", "clearance m"):
         table.add_column(heading, justify="right")

@@ -38,7 +38,7 @@ def load_track(spec: str) -> Track:
         return load_track_file(tracks_folder() / f"{spec}.yaml")
     path = Path(spec)
     try:
-        if path.is_file():
+        if path.exists():
             return _load_file(path)
     except (OSError, ValueError):
         pass

@@ -10,6 +10,7 @@ from typing import Any
 import yaml
 
 from firstlap.errors import InputError
+from firstlap.output import check_readable
 
 MAX_YAML_BYTES = 1_000_000
 RESOLUTION = (0.002, 0.5)
@@ -33,8 +34,7 @@ class MapHeader:
 def read_text(path: Path) -> str:
     """Text of a YAML file; InputError when it is missing, empty, too large or not UTF-8."""
     try:
-        if not path.is_file():
-            raise InputError(f"{path}: no such file")
+        check_readable(path, "a YAML file")
         if path.stat().st_size > MAX_YAML_BYTES:
             raise InputError(f"{path}: larger than 1 MB; expected a YAML file of a few lines")
         text = path.read_bytes().decode("utf-8-sig")

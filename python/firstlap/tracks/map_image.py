@@ -22,6 +22,8 @@ def read_gray(path: Path) -> npt.NDArray[np.uint8]:
 
     Raises InputError for a file that is missing, no image, broken, or larger than `MAX_PIXELS`.
     """
+    if path.is_dir():
+        raise InputError(f"{path}: is a folder; the map's 'image' must name a picture beside the YAML file")
     if not path.is_file():
         raise InputError(f"{path}: no such image; the map's 'image' must name a picture beside the YAML file")
     if path.stat().st_size > MAX_FILE_BYTES:

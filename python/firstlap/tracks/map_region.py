@@ -10,6 +10,7 @@ import numpy.typing as npt
 import shapely
 from scipy import ndimage
 
+from firstlap.errors import InputError
 from firstlap.tracks.medial import contours, is_closed
 from firstlap.tracks.track import FloatArray
 
@@ -19,6 +20,10 @@ PLAUSIBLE = (0.6, 5.0)
 SMALL_OBSTACLE = 0.7
 MAX_HOLES = 6
 MAX_REGIONS = 6
+MAX_WALL_PIECES = 5_000
+MAX_FREE_PIECES = 100_000
+SAMPLING = (0.08, 0.2)
+COMFORTABLE_CELLS = 1_500_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +44,20 @@ class Loop:
     def plausible(self) -> bool:
         """Whether this looks like a race track rather than the paper around one."""
         return PLAUSIBLE[0] <= self.median <= PLAUSIBLE[1] and self.on_border < 0.4
+
+
+def refuse_noise(free: Mask, where: str) -> None:
+    """Raises InputError where walls or free space lie in more pieces than any room has: noise, a photograph."""
+    for mask, neighbours, limit, what in (
+        (~free, EIGHT, MAX_WALL_PIECES, "wall"),
+        (free, None, MAX_FREE_PIECES, "free space"),
+    ):
+        _, pieces = ndimage.label(mask, structure=neighbours)
+        if pieces > limit:
+            raise InputError(
+                f"{where}: {pieces} separate pieces of {what} (at most {limit}); expected a map of a track, "
+                "not noise (check the image, negate and the thresholds)"
+            )
 
 
 def without_specks(free: Mask, resolution: float, reach: float) -> tuple[Mask, int]:
@@ -113,8 +132,9 @@ def loops_of(region: Mask, resolution: float) -> list[Loop]:
     if not large:
         return []
     # Distances are taken on the full grid and then thinned out: no thin wall falls between samples.
-    step = max(1, int(0.08 / resolution))
-    full = np.pad(np.where(region, 0, np.where(holes > 0, holes, -1)), 1, constant_values=-1)
+    step = _sampling(region, resolution)
+    window, corner = _window(region, step)
+    full = np.pad(np.where(region, 0, np.where(holes > 0, holes, -1))[window], 1, constant_values=-1)
     within = {label: np.argwhere(full == label)[:1] / step for label in large}
     to = {
         label: (ndimage.distance_transform_edt(full != label)[::step, ::step] - 0.5) * resolution
@@ -134,13 +154,29 @@ def loops_of(region: Mask, resolution: float) -> list[Loop]:
             continue
         row, column = np.rint(line[:, ::-1]).astype(np.intp).T
         width = d_in[row, column] + d_out[row, column]
-        metres = line * step * resolution
+        metres = (line * step + corner) * resolution
         length = float(np.hypot(*np.diff(metres, axis=0).T).sum())
         loops.append(
             Loop(region, holes, inside, small, metres - 0.5 * resolution, length, float(width.min()),
                  float(np.median(width)), border)
         )  # fmt: skip
     return loops
+
+
+def _sampling(region: Mask, resolution: float) -> int:
+    """Every how many pixels a loop is looked for: finely, but a large region no more finely than needed."""
+    box = ndimage.find_objects(region.astype(np.uint8))[0]
+    cells = (box[0].stop - box[0].start) * (box[1].stop - box[1].start)
+    finest, coarsest = (max(1, int(spacing / resolution)) for spacing in SAMPLING)
+    return max(finest, min(coarsest, int(np.ceil(np.sqrt(cells / COMFORTABLE_CELLS)))))
+
+
+def _window(region: Mask, step: int) -> tuple[tuple[slice, slice], FloatArray]:
+    """The part of the picture about a region, beginning at whole steps, and that corner (column, row)."""
+    box = ndimage.find_objects(region.astype(np.uint8))[0]
+    first = [max(0, (part.start - 1) // step * step) for part in box]
+    window = (slice(first[0], box[0].stop + 1), slice(first[1], box[1].stop + 1))
+    return window, np.array(first[::-1], dtype=np.float64)
 
 
 def _around(level: FloatArray, islands: list[FloatArray]) -> FloatArray | None:

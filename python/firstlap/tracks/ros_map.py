@@ -18,6 +18,7 @@ from firstlap.tracks.map_region import (
     best_loop,
     drivable_regions,
     loops_of,
+    refuse_noise,
     region_walls,
     without_specks,
 )
@@ -100,6 +101,7 @@ def _track_in(grid: Grid, header: MapHeader, path: Path, notes: list[str]) -> Tr
     grid.coarsen()
     if grid.free.size > MAX_WORKING_PIXELS:
         raise InputError(f"{path}: a map of {grid.free.size / 1e6:.0f} million pixels is too large for a track")
+    refuse_noise(grid.free, str(path))
     grid.free, specks = without_specks(grid.free, grid.resolution, 2 * RADII[0])
     if specks:
         notes.append(f"removed {specks} specks")
@@ -118,7 +120,7 @@ def _plausible_loops(grid: Grid, radius: float) -> list[Loop]:
 
 
 def _why_no_loop(grid: Grid) -> str:
-    if _plausible_loops(grid, 0.08):
+    if grid.free.size <= COMFORTABLE_PIXELS and _plausible_loops(grid, 0.08):
         return f"the only closed loop is too narrow for the car, which is {CAR_WIDTH} m wide"
     return "no closed loop of free space 0.6 to 5 m wide; expected a ring-shaped track with a wall on both sides"
 

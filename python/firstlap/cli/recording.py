@@ -1,0 +1,81 @@
+"""What the commands that read a recording share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+
+from firstlap.car_file import Car, load_car
+from firstlap.cli.common import progress_bar
+from firstlap.errors import InputError
+from firstlap.recordings import Recording, Topics, load_recording
+from firstlap.setup_file import Setup, choose_setup
+
+ScanTopic = Annotated[str | None, typer.Option("--scan-topic", metavar="TOPIC", help="LaserScan, where there are two.")]
+OdomTopic = Annotated[str | None, typer.Option("--odom-topic", metavar="TOPIC", help="Odometry, or none.")]
+ImuTopic = Annotated[
+    str | None, typer.Option("--imu-topic", metavar="TOPIC", help="Imu, or none; named, its yaw rate counts first.")
+]
+DriveTopic = Annotated[
+    str | None, typer.Option("--drive-topic", metavar="TOPIC", help="The recorded Ackermann commands, or none.")
+]
+PoseTopic = Annotated[str | None, typer.Option("--pose-topic", metavar="TOPIC", help="Poses, e.g. in a map, or none.")]
+SpeedOption = Annotated[
+    float | None, typer.Option("--speed", metavar="M/S", help="For a recording that tells no speed at all.")
+]
+SetupOfRecording = Annotated[
+    str | None, typer.Option("--setup", metavar="SETUP", help="sure, base, race or a YAML file; else a log's.")
+]
+CarOfRecording = Annotated[
+    str | None, typer.Option("--car", metavar="CAR", help="default, nuc2, gym or a YAML file; else a log's own.")
+]
+KeepBody = Annotated[bool, typer.Option("--keep-body", help="Do not mask returns of the car itself that are found.")]
+
+FASTEST = 50.0
+"""[m/s] that any car of this size may have gone."""
+
+
+def read(path: Path, topics: Topics) -> Recording:
+    """The recording, with a bar while it is read. Raises InputError."""
+    if topics.speed is not None and not abs(topics.speed) <= FASTEST:
+        raise InputError(f"--speed {topics.speed:g}: allowed is -{FASTEST:g} to {FASTEST:g} m/s")
+    with progress_bar(TextColumn("{task.description}"), BarColumn(), TextColumn("{task.completed} messages")) as bar:
+        task = bar.add_task("reading", total=None)
+        return load_recording(path, topics, lambda count: bar.update(task, completed=count))
+
+
+def watched(bar: Progress, description: str, scans: int) -> Callable[[int], object]:
+    """A `look` that moves a bar of scans."""
+    task = bar.add_task(description, total=scans)
+    return lambda done: bar.update(task, completed=done)
+
+
+def scans_bar() -> Any:
+    """A bar that counts scans."""
+    return progress_bar(TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
+
+
+def setup_and_car(
+    recording: Recording, setup: str | None, changes: list[str] | None, car: str | None, driver: str | None = None
+) -> tuple[Setup, Car, list[str]]:
+    """Those asked for, else those of the log, else the defaults; with a remark where they are the log's.
+
+    driver: None for that of the log, or whatever the setup is for.
+    """
+    about, remarks = recording.about, []
+    chosen = choose_setup(driver, setup) if about is None or setup is not None else about.setup
+    if about is not None and setup is None:
+        remarks.append(f"setup {about.setup.name} as the log has it")
+        if driver not in (None, about.setup.driver):
+            chosen = choose_setup(driver, None)
+            remarks = [f"driven by {about.setup.driver}; what {driver} with setup {chosen.name} would have done"]
+    if about is not None and car is None:
+        remarks.append(f"car {about.car.name} as the log has it")
+    if changes:
+        chosen = chosen.with_assignments(changes)
+    loaded = load_car(car) if car is not None else about.car if about is not None else load_car("default")
+    return chosen, loaded, remarks

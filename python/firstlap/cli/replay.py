@@ -1,0 +1,145 @@
+"""firstlap replay"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.markup import escape
+from rich.table import Table
+
+from firstlap.cli.common import JsonOption, SetOption, console, note, print_json
+from firstlap.cli.recording import (
+    CarOfRecording,
+    DriveTopic,
+    ImuTopic,
+    KeepBody,
+    OdomTopic,
+    PoseTopic,
+    ScanTopic,
+    SetupOfRecording,
+    SpeedOption,
+    read,
+    scans_bar,
+    setup_and_car,
+    watched,
+)
+from firstlap.output import LOGS, check_writable
+from firstlap.setup_file import load_setup
+
+
+def replay(
+    recording: Annotated[
+        Path, typer.Argument(metavar="RECORDING", help="A rosbag2 folder, .mcap, .db3, .bag or .npz file.")
+    ],
+    setup: SetupOfRecording = None,
+    changes: SetOption = None,
+    against: Annotated[str | None, typer.Option("--against", metavar="SETUP", help="A second setup beside it.")] = None,
+    begin: Annotated[float | None, typer.Option("--from", metavar="S", help="Seconds after the first scan.")] = None,
+    end: Annotated[float | None, typer.Option("--to", metavar="S", help="Seconds after the first scan.")] = None,
+    plot: Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Write a picture over time.")] = None,
+    record: Annotated[
+        Path | None, typer.Option("--record", metavar="FILE.mcap", help="Log scans and plans as ROS messages.")
+    ] = None,
+    scan_topic: ScanTopic = None,
+    odom_topic: OdomTopic = None,
+    imu_topic: ImuTopic = None,
+    drive_topic: DriveTopic = None,
+    pose_topic: PoseTopic = None,
+    speed: SpeedOption = None,
+    car: CarOfRecording = None,
+    keep_body: KeepBody = False,
+    as_json: JsonOption = False,
+) -> int:
+    """Drive the planner through a recording: what would it have done with these scans?"""
+    from dataclasses import replace
+
+    from firstlap.plot import PICTURES
+    from firstlap.recordings import Topics
+    from firstlap.recordings.messages import typestore
+    from firstlap.replay import replay as run_replay
+
+    typestore()  # the library's set-up is no reading
+
+    if plot:
+        check_writable(plot, PICTURES)
+    if record:
+        check_writable(record, LOGS)
+    topics = Topics(scan=scan_topic, odom=odom_topic, imu=imu_topic, drive=drive_topic, pose=pose_topic, speed=speed)
+    other = load_setup(against, "local") if against is not None else None
+    started = time.perf_counter()
+    loaded = read(recording, topics).between(begin, end)
+    reading = time.perf_counter() - started
+    chosen, loaded_car, remarks = setup_and_car(loaded, setup, changes, car, "local")
+    with scans_bar() as bar:
+        look = watched(bar, "replaying", len(loaded) * (1 if other is None else 2))
+        found = run_replay(loaded, chosen, loaded_car, against=other, mask_body=not keep_body, look=look, record=record)
+    found = replace(found, reading=reading, remarks=(*remarks, *found.remarks))
+    if plot:
+        found.plot(plot)
+    if as_json:
+        print_json(found.to_dict())
+    else:
+        _print(found.to_dict(), plot, record)
+    return 0
+
+
+def _print(found: dict[str, Any], plot: Path | None, record: Path | None) -> None:
+    for remark in found["remarks"]:
+        note(remark)
+    out = console()
+    table = Table(title=escape(f"{found['recording']}: {found['scans']} scans, {found['seconds']:.1f} s"))
+    table.add_column("", overflow="fold")
+    drives = [found, *([found["against"]] if "against" in found else [])]
+    for drive in drives:
+        table.add_column(escape(f"setup {drive['setup']}"), justify="right", overflow="fold")
+    for label, cells in _rows(drives):
+        table.add_row(label, *cells)
+    out.print(table)
+    if found["recorded"]:
+        out.print(escape(f"against the commands of {found['recorded']['topic']}: {_difference(found['recorded'])}"))
+    if "difference" in found:
+        out.print(escape(f"{drives[0]['setup']} against {drives[1]['setup']}: {_difference(found['difference'])}"))
+    sources = ", ".join(f"{name.replace('_', ' ')} from {source}" for name, source in found["sources"].items())
+    out.print(escape(sources), soft_wrap=True)
+    out.print(f"{found['scans_per_second']:.0f} scans a second, reading included")
+    if plot:
+        out.print(escape(f"picture: {plot}"), soft_wrap=True)
+    if record:
+        out.print(escape(f"log: {record}"), soft_wrap=True)
+
+
+def _rows(drives: list[dict[str, Any]]) -> list[tuple[str, list[str]]]:
+    rows: dict[str, Callable[[dict[str, Any]], str]] = {
+        "status": lambda d: ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in d["statuses"].items()),
+        "walls seen: both, one, none": lambda d: _percents(d["sides"]),
+        "width: 5 %, median, 95 %": lambda d: _values(d["width"], ("p5", "median", "p95"), 2, "m"),
+        "path reaches 1, 2, 3 m": lambda d: _percents(d["available"]),
+        "path jump: median, 95 %": lambda d: _values(d["jump"], ("median", "p95"), 3, "m"),
+        "path jumps above 0.15 m": lambda d: _percent(d["jump"]["big"]),
+        "changes of side": lambda d: f"{d['changes_of_side']['count']}, {_percent(d['changes_of_side']['share'])}",
+        "a step: p50, p99": lambda d: _values(d["step_us"], ("median", "p99"), 0, "µs"),
+    }
+    return [(label, [text(drive) for drive in drives]) for label, text in rows.items()]
+
+
+def _percents(found: dict[str, float | None]) -> str:
+    return ", ".join(_percent(value) for value in found.values())
+
+
+def _difference(found: dict[str, Any]) -> str:
+    return (
+        f"wheel angle off by {_values(found['steering_angle'], ('median', 'p95'), 3, 'rad')}, "
+        f"speed by {_values(found['speed'], ('median', 'p95'), 2, 'm/s')} (median, 95 %)"
+    )
+
+
+def _percent(value: float | None) -> str:
+    return "-" if value is None else f"{100.0 * value:.1f} %"
+
+
+def _values(found: dict[str, Any], names: tuple[str, ...], digits: int, unit: str) -> str:
+    return ", ".join("-" if found[name] is None else f"{found[name]:.{digits}f}" for name in names) + f" {unit}"

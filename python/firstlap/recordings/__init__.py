@@ -1,0 +1,11 @@
+"""Recordings of real cars and of our own races: read, and written.
+
+>>> from firstlap.recordings import load_recording
+>>> recording = load_recording("scan.npz")  # doctest: +SKIP
+"""
+
+from firstlap.recordings.load import load_recording
+from firstlap.recordings.recording import Recording
+from firstlap.recordings.topics import Topics
+
+__all__ = ["Recording", "Topics", "load_recording"]

@@ -1,0 +1,65 @@
+"""Returns of the car itself: they do not move with the world while the car drives."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import NamedTuple
+
+import numpy as np
+
+from firstlap.recordings.recording import Recording
+from firstlap.setup_file import Setup
+
+SCANS = 300
+MOVING, WAY = 0.3, 2.0
+"""Looked at are scans at this speed [m/s] at least, of a drive of this way [m] at least."""
+SIDEWAYS, NEAR, SPREAD, OFTEN = 1.6, 0.7, 0.15, 0.3
+"""A beam that sees the car points further to the side than this [rad], is this short [m] in the median, keeps its
+range within this [m] (5th to 95th percentile), and returns in this share of the scans."""
+MARGIN_ANGLE, MARGIN_RANGE = 0.02, 0.05
+
+
+class BodyMask(NamedTuple):
+    """beams see the car; with these two parameters of the setup they are dropped."""
+
+    beams: int
+    mask_angle: float
+    mask_range: float
+
+    @property
+    def assignments(self) -> str:
+        """As for the command line."""
+        return f"--set mask_angle={self.mask_angle:g} --set mask_range={self.mask_range:g}"
+
+
+def find_body(recording: Recording, setup: Setup) -> BodyMask | None:
+    """The mask that the recording's car needs beyond the setup's; None where the setup's does, or nothing is known.
+
+    The car must have driven for a while: at a standstill nothing moves.
+    """
+    size = Counter(len(one) for one in recording.ranges).most_common(1)[0][0]
+    moving = np.flatnonzero(recording.speed > MOVING).tolist()
+    driving = [i for i in moving if len(recording.ranges[i]) == size]
+    if float(np.sum(np.abs(recording.speed) * recording.dts)) < WAY or len(driving) < 20:
+        return None
+    chosen = driving[:: -(-len(driving) // SCANS)]
+    angle_min, angle_increment, _, range_min, range_max = recording.headers[chosen[0]]
+    angles = np.abs(angle_min + angle_increment * np.arange(size))
+    sideways = np.flatnonzero(angles > SIDEWAYS)
+    ranges = np.array([recording.ranges[i][sideways] for i in chosen], dtype=np.float64)
+    ranges[~((ranges > range_min) & (ranges < range_max))] = np.nan
+    often = np.mean(np.isfinite(ranges), axis=0) >= OFTEN
+    if not np.any(often):
+        return None
+    low, middle, high = np.nanpercentile(ranges[:, often], (5, 50, 95), axis=0)
+    body = (middle < NEAR) & (high - low < SPREAD)
+    beams = angles[sideways][often][body]
+    mask_angle, mask_range = float(setup.get("mask_angle")), float(setup.get("mask_range"))
+    reach = float(high[body].max()) + MARGIN_RANGE if len(beams) else 0.0
+    if not len(beams) or (beams.min() >= mask_angle and reach - MARGIN_RANGE <= mask_range):
+        return None
+    return BodyMask(
+        len(beams),
+        min(mask_angle, round(float(beams.min()) - MARGIN_ANGLE, 2)),
+        max(mask_range, round(reach, 2)),
+    )

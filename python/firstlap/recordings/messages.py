@@ -1,0 +1,79 @@
+"""Raw messages of a recording: what every storage gives, and how they are decoded."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from rosbags.typesys.store import Typestore
+
+ACKERMANN = "ackermann_msgs/msg/AckermannDrive"
+_ACKERMANN_TEXT = """float32 steering_angle
+float32 steering_angle_velocity
+float32 speed
+float32 acceleration
+float32 jerk
+"""
+_STAMPED_TEXT = """std_msgs/Header header
+ackermann_msgs/AckermannDrive drive
+"""
+
+
+class Message(NamedTuple):
+    """One message as it was stored: topic, nanoseconds of its logging, bytes."""
+
+    topic: str
+    time: int
+    data: bytes
+
+
+@dataclass(frozen=True)
+class Topic:
+    """type is a ROS 2 name such as sensor_msgs/msg/LaserScan; encoding is cdr or ros1."""
+
+    name: str
+    type: str
+    encoding: str = "cdr"
+
+
+@dataclass
+class Stored:
+    """What a storage holds. `messages` reads on and never raises for damage: it ends and adds a remark.
+
+    topics may still grow while messages are read. claimed: how many messages a topic has by the metadata.
+    """
+
+    topics: dict[str, Topic] = field(default_factory=dict)
+    messages: Callable[[], Iterator[Message]] = lambda: iter(())
+    remarks: list[str] = field(default_factory=list)
+    claimed: dict[str, int] = field(default_factory=dict)
+    metadata: dict[str, dict[str, str]] = field(default_factory=dict)
+
+
+@lru_cache(maxsize=2)
+def typestore(encoding: str = "cdr") -> Typestore:
+    """The message types that we read and write, with Ackermann's."""
+    store = get_typestore(Stores.ROS1_NOETIC if encoding == "ros1" else Stores.ROS2_HUMBLE)
+    store.register(get_types_from_msg(_ACKERMANN_TEXT, ACKERMANN))
+    store.register(get_types_from_msg(_STAMPED_TEXT, f"{ACKERMANN}Stamped"))
+    return store
+
+
+def decode(topic: Topic, data: bytes) -> Any:
+    """The message, or None where the bytes are none."""
+    store = typestore(topic.encoding)
+    try:
+        if topic.encoding == "ros1":
+            return store.deserialize_ros1(data, topic.type)
+        return store.deserialize_cdr(data, topic.type)
+    except Exception:  # bytes that are no message make the library raise anything
+        return None
+
+
+def said(error: BaseException) -> str:
+    """An error of a library in a few words."""
+    text = " ".join(str(error).split())[:120]
+    return f"{type(error).__name__}: {text}" if text else type(error).__name__

@@ -1,0 +1,196 @@
+"""Recordings as numpy files: arrays `ranges`, `angle_min`, `angle_increment` and whatever else is known."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from firstlap.errors import InputError
+from firstlap.recordings.clock import USUAL_PERIOD, periods, timeline
+from firstlap.recordings.recording import Recording
+from firstlap.recordings.state import Series, Sources, commands_at, series, states_at
+from firstlap.recordings.topics import NONE, Topics
+
+Floats = npt.NDArray[np.float64]
+HEADER = {"angle_min": None, "angle_increment": None, "time_increment": 0.0, "range_min": 0.02, "range_max": 30.0}
+"""Header fields; None: must be there."""
+STEERING_ONLY = "angular_control"
+"""A table of commands with this column beside one that is no speed."""
+POSE_COLUMNS = ("x", "y", "yaw")
+
+
+def load_npz(path: Path, wanted: Topics) -> Recording:
+    """The recording in the file. Raises InputError.
+
+    ranges (N, B) [m]; angle_min, angle_increment [rad]; optional: time_increment [s], range_min, range_max [m],
+    stamps and bag_stamps (N,) [s], speed, yaw_rate, steering_angle or steer (N,), laser_x_in_base [m], pose_global
+    (N, 3) x, y, yaw in the map; tables with their columns named in NAME_columns: odom (stamp, x, y, yaw, and may be
+    vx, yaw_rate) and commands `cmd` or `nav` ([bag_]stamp and speed, steer, or
+    angular_control alone).
+    """
+    arrays = _read(path)
+    ranges = _ranges(arrays, path)
+    count = len(ranges)
+    header = [_single(arrays, key, default, path) for key, default in HEADER.items()]
+    _check_header(dict(zip(HEADER, header, strict=True)), path)
+    stamps, remarks = _stamps(_per_scan(arrays, "stamps", count, path), count)
+    logged = _per_scan(arrays, "bag_stamps", count, path)
+    origin = float(stamps[0])
+    line = timeline(_whole(stamps - origin), _whole((stamps if logged is None else logged) - origin))
+    remarks += line.remarks
+    times = (line.times - line.times[0]) / 1e9
+    held = _sources(arrays, origin, stamps, logged, times, wanted, path)
+    found = states_at(times, held, wanted.speed)
+    poses = _poses(arrays, count, path)
+    laser_x = arrays.get("laser_x_in_base")
+    return Recording(
+        name=path.stem,
+        source=str(path),
+        ranges=ranges,  # type: ignore[arg-type]
+        headers=np.tile(np.array(header), (count, 1)),
+        start=origin,
+        stamps=times,
+        dts=periods(line.times),
+        states=found.states,
+        sources=found.sources,
+        commands=commands_at(times, held.commands),
+        poses=poses if poses is not None else None if held.poses is None else held.poses.at(times),
+        frame="map" if poses is not None else "odom" if held.poses is not None else "",
+        laser_x=None if laser_x is None else float(laser_x),
+        remarks=tuple(remarks + found.remarks),
+        topics={"scan": "ranges", **({"drive": held.commands.name} if held.commands else {})},
+    )
+
+
+def _read(path: Path) -> dict[str, npt.NDArray[Any]]:
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            return {key: file[key] for key in file}
+    except OSError:
+        raise
+    except Exception as error:  # bytes that are no .npz make the libraries raise anything
+        raise InputError(f"{path}: not an .npz recording of scans ({type(error).__name__})") from None
+
+
+def _ranges(arrays: Mapping[str, npt.NDArray[Any]], path: Path) -> npt.NDArray[np.float32]:
+    missing = [key for key in ("ranges", "angle_min", "angle_increment") if key not in arrays]
+    if missing:
+        raise InputError(f"{path}: no LaserScan inside: has no '{missing[0]}'; expected ranges, angle_min and "
+                         "angle_increment")  # fmt: skip
+    ranges = np.atleast_2d(arrays["ranges"])
+    if ranges.dtype.kind not in "fiu" or ranges.ndim != 2 or 0 in ranges.shape:
+        raise InputError(f"{path}: 'ranges' is {ranges.dtype} {ranges.shape}; expected numbers (scans, beams)")
+    return np.ascontiguousarray(ranges, dtype=np.float32)
+
+
+def _single(arrays: Mapping[str, npt.NDArray[Any]], key: str, default: float | None, path: Path) -> float:
+    value = arrays.get(key)
+    if value is None and default is not None:
+        return default
+    if value is None or value.dtype.kind not in "fiu" or value.size != 1 or not np.isfinite(value).all():
+        raise InputError(f"{path}: '{key}' is not one finite number")
+    return float(value.reshape(-1)[0])
+
+
+def _check_header(header: Mapping[str, float], path: Path) -> None:
+    if header["angle_increment"] == 0.0:
+        raise InputError(f"{path}: 'angle_increment' is 0; expected radians from one beam to the next")
+    if header["range_max"] <= max(header["range_min"], 0.0):
+        shortest = max(header["range_min"], 0.0)
+        raise InputError(f"{path}: 'range_max' is {header['range_max']:g}; expected metres above {shortest:g}")
+
+
+def _per_scan(arrays: Mapping[str, npt.NDArray[Any]], key: str, count: int, path: Path) -> Floats | None:
+    value = arrays.get(key)
+    if value is None:
+        return None
+    if value.dtype.kind not in "fiu" or value.shape != (count,):
+        raise InputError(f"{path}: '{key}' is {value.dtype} {value.shape}, which does not fit {count} scans")
+    return np.asarray(value, dtype=np.float64)
+
+
+def _stamps(stamps: Floats | None, count: int) -> tuple[Floats, list[str]]:
+    if stamps is not None and np.all(np.isfinite(stamps)):
+        return stamps, []
+    what = "no stamps" if stamps is None else f"{int(np.sum(~np.isfinite(stamps)))} of {count} stamps are not finite"
+    assumed = np.arange(count, dtype=np.float64) * (USUAL_PERIOD / 1e9)
+    return assumed, [f"{what}: {USUAL_PERIOD / 1e6:g} ms between scans are assumed"]
+
+
+def _whole(seconds: Floats) -> npt.NDArray[np.int64]:
+    return np.asarray(np.round(seconds * 1e9), dtype=np.int64)
+
+
+def _sources(
+    arrays: Mapping[str, npt.NDArray[Any]],
+    origin: float,
+    stamps: Floats,
+    logged: Floats | None,
+    times: Floats,
+    wanted: Topics,
+    path: Path,
+) -> Sources:
+    count = len(times)
+    per_scan = {key: _per_scan(arrays, key, count, path) for key in ("speed", "yaw_rate", "steering_angle", "steer")}
+
+    def on_the_clock(table_times: Floats, by_bag: bool) -> Floats:
+        """Times of a table as seconds since the first scan; those of logging by way of the scans' two stamps."""
+        if by_bag and logged is not None:
+            return table_times - float(np.median(logged - stamps)) - origin
+        return table_times - origin
+
+    def table(key: str, *columns: str) -> Series | None:
+        found = _columns(arrays, key, ("stamp", *columns))
+        by_bag = _columns(arrays, key, ("bag_stamp", *columns)) if found is None else None
+        rows = found if found is not None else by_bag
+        if rows is None:
+            return None
+        return series(key, on_the_clock(rows[:, 0], by_bag is not None), rows[:, 1:])
+
+    poses = None if wanted.odom == NONE else table("odom", *POSE_COLUMNS)
+    if poses is not None:
+        poses.values[:, 2] = np.unwrap(poses.values[:, 2])
+    twist = None if wanted.odom == NONE else table("odom", "vx", "yaw_rate")
+    speed, yaw_rate = per_scan["speed"], per_scan["yaw_rate"]
+    if speed is not None:
+        twist = series("speed", times, np.column_stack([speed, np.zeros(count) if yaw_rate is None else yaw_rate]))
+    wheel = per_scan["steering_angle"] if per_scan["steering_angle"] is not None else per_scan["steer"]
+    commands = {key: found for key in ("cmd", "nav") if (found := table(key, "speed", "steer")) is not None}
+    for key in ("cmd", "nav"):
+        turns = table(key, STEERING_ONLY)
+        if turns is not None:
+            unknown = np.full(len(turns.times), np.nan)
+            commands[key] = Series(key, turns.times, np.column_stack([unknown, turns.values]))
+    if wanted.drive not in (None, NONE, *commands):
+        raise InputError(f"{path}: --drive-topic {wanted.drive}: no such table of commands; there are "
+                         f"{', '.join(commands) or 'none'}")  # fmt: skip
+    drive = wanted.drive or next(iter(commands), NONE)
+    return Sources(
+        twist=twist,
+        commands=commands.get(drive),
+        steering=None if wheel is None else series("steer", times, wheel),
+        poses=poses,
+    )
+
+
+def _columns(arrays: Mapping[str, npt.NDArray[Any]], key: str, columns: tuple[str, ...]) -> Floats | None:
+    """Those columns of the table `key`, or None where one is missing."""
+    rows, names = arrays.get(key), str(arrays.get(f"{key}_columns", "")).split(",")
+    if rows is None or rows.ndim != 2 or rows.dtype.kind not in "fiu" or rows.shape[1] != len(names) or not len(rows):
+        return None
+    if any(column not in names for column in columns):
+        return None
+    return np.asarray(rows[:, [names.index(column) for column in columns]], dtype=np.float64)
+
+
+def _poses(arrays: Mapping[str, npt.NDArray[Any]], count: int, path: Path) -> Floats | None:
+    poses = arrays.get("pose_global")
+    if poses is None:
+        return None
+    if poses.shape != (count, 3) or poses.dtype.kind not in "fiu":
+        raise InputError(f"{path}: 'pose_global' is {poses.dtype} {poses.shape}; expected ({count}, 3)")
+    return np.asarray(poses, dtype=np.float64)

@@ -1,0 +1,112 @@
+"""A recording as the rest of firstlap sees it, wherever it came from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from firstlap.errors import InputError
+from firstlap.recordings.about import About
+
+Floats = npt.NDArray[np.float64]
+
+LONGEST_PAUSE = 0.5
+"""[s] between two scans; after more, the recording has a gap and the planner begins anew."""
+
+
+@dataclass(frozen=True)
+class Commands:
+    """What drove the car while it was recorded, at each scan. (N,) m/s and rad, NaN where there was none."""
+
+    topic: str
+    speed: Floats
+    steering_angle: Floats
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Scans in the order of time with all that is known at each. SI units, base_link, left positive.
+
+    ranges: N arrays of float32 [m]; their length may change from scan to scan. What is not finite or outside of
+        (range_min, range_max) is no return.
+    headers: (N, 5) angle_min, angle_increment [rad], time_increment [s], range_min, range_max [m].
+    start: [s] the first scan's stamp as recorded. stamps: (N,) [s] since then, increasing.
+    dts: (N,) [s] since the scan before.
+    states: (N, 3) measured speed [m/s], yaw rate [rad/s], wheel angle [rad].
+    sources: of "speed", "yaw_rate" and "steering_angle": what they were taken from, or "none" where they are zero.
+    poses: (N, 3) x, y, yaw of base_link in `frame`, or None. frame: "map", "odom" or what the recording calls it.
+    laser_x: [m] of the laser ahead of base_link, where the recording says it.
+    remarks: one line each: what was wrong, dropped or assumed.
+    about: for a log of ours, what it says of itself.
+    """
+
+    name: str
+    source: str
+    ranges: Sequence[npt.NDArray[np.float32]]
+    headers: Floats
+    start: float
+    stamps: Floats
+    dts: Floats
+    states: Floats
+    sources: dict[str, str]
+    commands: Commands | None = None
+    poses: Floats | None = None
+    frame: str = ""
+    laser_x: float | None = None
+    remarks: tuple[str, ...] = ()
+    topics: dict[str, str] = field(default_factory=dict)
+    about: About | None = None
+
+    def __len__(self) -> int:
+        return len(self.ranges)
+
+    @property
+    def duration(self) -> float:
+        """[s] from the first scan to the last."""
+        return float(self.stamps[-1] - self.stamps[0])
+
+    @property
+    def speed(self) -> Floats:
+        """(N,) [m/s]"""
+        return self.states[:, 0]
+
+    @property
+    def yaw_rate(self) -> Floats:
+        """(N,) [rad/s]"""
+        return self.states[:, 1]
+
+    @property
+    def steering_angle(self) -> Floats:
+        """(N,) [rad]"""
+        return self.states[:, 2]
+
+    def between(self, begin: float | None, end: float | None) -> Recording:
+        """The scans from `begin` to `end` seconds after the first. Raises InputError where there are none."""
+        first_scan = int(np.searchsorted(self.stamps, -np.inf if begin is None else begin - 1e-9))
+        last_scan = int(np.searchsorted(self.stamps, np.inf if end is None else end + 1e-9))
+        if first_scan >= last_scan:
+            raise InputError(
+                f"{self.source}: has no scan between --from {0.0 if begin is None else begin:g} and "
+                f"--to {self.duration if end is None else end:g}; it lasts {self.duration:.2f} s"
+            )
+        return self._part(slice(first_scan, last_scan))
+
+    def first(self, count: int) -> Recording | None:
+        """The first `count` scans, None for none."""
+        return self._part(slice(0, count)) if count else None
+
+    def _part(self, part: slice) -> Recording:
+        commands = self.commands
+        return replace(
+            self,
+            ranges=self.ranges[part],
+            headers=self.headers[part],
+            stamps=self.stamps[part],
+            dts=self.dts[part],
+            states=self.states[part],
+            commands=commands and Commands(commands.topic, commands.speed[part], commands.steering_angle[part]),
+            poses=None if self.poses is None else self.poses[part],
+        )

@@ -1,0 +1,160 @@
+"""rosbag2: folders of sqlite3 or MCAP files with their metadata.yaml, and single .db3 files."""
+
+from __future__ import annotations
+
+import sqlite3
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import closing
+from pathlib import Path, PurePath
+from typing import Any
+
+import yaml
+import zstandard
+
+from firstlap.errors import InputError
+from firstlap.recordings.mcap_log import open_mcap
+from firstlap.recordings.messages import Message, Stored, Topic, said
+
+STORAGES = {"sqlite3": ".db3", "mcap": ".mcap"}
+PACKED = (".zstd", ".zst")
+
+
+def open_db3(path: Path) -> Stored:
+    """What one sqlite3 file holds; nothing is read before `messages`."""
+    stored = Stored()
+    stored.messages = lambda: _rows(path, stored)
+    return stored
+
+
+def _rows(path: Path, stored: Stored) -> Iterator[Message]:
+    # Without a write-ahead log beside it nobody writes, and then nothing needs to be locked or created.
+    writing = path.with_name(path.name + "-wal").exists()
+    address = f"{path.resolve().as_uri()}?mode=ro{'' if writing else '&immutable=1'}"
+    try:
+        with closing(sqlite3.connect(address, uri=True, check_same_thread=False)) as database:
+            database.execute("PRAGMA writable_schema=ON")  # else a file that is cut off is refused as a whole
+            names: dict[int, str] = {}
+            topics = database.execute("SELECT id, name, type, serialization_format FROM topics")
+            for key, name, kind, encoding in topics:
+                names[key] = str(name)
+                if encoding == "cdr":
+                    stored.topics[str(name)] = Topic(str(name), str(kind))
+            for key, time, data in database.execute("SELECT topic_id, timestamp, data FROM messages"):
+                if key in names and isinstance(time, int) and isinstance(data, bytes):
+                    yield Message(names[key], time, data)
+    except sqlite3.Error as error:
+        stored.remarks.append(f"{path.name} is cut off or damaged; what stands before that was read ({said(error)})")
+
+
+def open_folder(path: Path) -> Stored:
+    """What a rosbag2 folder holds. Raises InputError where there is nothing to read in it.
+
+    Without a readable metadata.yaml the files that lie in the folder are read.
+    """
+    stored = Stored()
+    about = _metadata(path, stored)
+    files, storage = _files(path, about, stored)
+    packed = str(about.get("compression_mode") or "").lower()
+    if packed not in ("", "none") and str(about.get("compression_format")) != "zstd":
+        raise InputError(f"{path}: packed by '{about.get('compression_format')}'; known is zstd")
+    stored.claimed = _claimed(about)
+    stored.messages = lambda: _folder_messages(files, storage, packed == "message", stored)
+    return stored
+
+
+def _metadata(path: Path, stored: Stored) -> dict[str, Any]:
+    file = path / "metadata.yaml"
+    if not file.is_file():
+        stored.remarks.append("there is no metadata.yaml; the files in the folder were read")
+        return {}
+    try:
+        about = yaml.safe_load(file.read_text(encoding="utf-8"))["rosbag2_bagfile_information"]
+        if not isinstance(about, dict):
+            raise TypeError("no mapping")
+        return about
+    except (yaml.YAMLError, UnicodeDecodeError, KeyError, TypeError, RecursionError) as error:
+        stored.remarks.append(f"metadata.yaml cannot be understood ({type(error).__name__}); the files were read")
+        return {}
+
+
+def _claimed(about: dict[str, Any]) -> dict[str, int]:
+    """Messages of each topic as the metadata has them; what it does not say properly is not claimed."""
+    claimed = {}
+    topics = about.get("topics_with_message_count")
+    for topic in topics if isinstance(topics, list) else ():
+        named = topic.get("topic_metadata") if isinstance(topic, dict) else None
+        count = topic.get("message_count") if isinstance(topic, dict) else None
+        if isinstance(named, dict) and isinstance(count, int):
+            claimed[str(named.get("name"))] = count
+    return claimed
+
+
+def _files(path: Path, about: dict[str, Any], stored: Stored) -> tuple[list[Path], str]:
+    """The files in their order, and the suffix of their storage."""
+    storage = str(about.get("storage_identifier"))
+    if about and storage not in STORAGES:
+        raise InputError(f"{path}: unknown storage '{storage[:60]}'; known are {', '.join(STORAGES)}")
+    suffixes = [STORAGES[storage]] if about else list(STORAGES.values())
+    lying = sorted(file for file in path.iterdir() if file.is_file() and _suffix(file) in suffixes)
+    listed = about.get("relative_file_paths")
+    named = [path / PurePath(str(name)).name for name in listed] if isinstance(listed, list) else []
+    missing = [file.name for file in named if not file.is_file()]
+    if missing:
+        stored.remarks.append(f"metadata.yaml names {', '.join(missing)[:200]}, which is not there")
+    files = [file for file in named if file.is_file()] or lying
+    if not files:
+        raise InputError(f"{path}: a folder without recording; expected {' or '.join(suffixes)} files in it")
+    return files, _suffix(files[0])
+
+
+def _suffix(file: Path) -> str:
+    return PurePath(file.stem).suffix if file.suffix in PACKED else file.suffix
+
+
+def _folder_messages(files: list[Path], storage: str, unpack: bool, stored: Stored) -> Iterator[Message]:
+    opener: Callable[[Path], Stored] = open_mcap if storage == ".mcap" else open_db3
+    claimed = dict(stored.claimed)
+    for file in files:
+        with tempfile.TemporaryDirectory() as folder:
+            try:
+                part = opener(_unpacked(file, Path(folder)))
+            except (zstandard.ZstdError, OSError) as error:
+                stored.remarks.append(f"{file.name} cannot be unpacked ({said(error)})")
+                continue
+            part.topics, part.remarks, part.metadata = stored.topics, stored.remarks, stored.metadata
+            messages = part.messages()
+            yield from (_unpacked_messages(file, messages, stored) if unpack else messages)
+            for topic, count in part.claimed.items():
+                claimed.setdefault(topic, 0)
+                if topic not in stored.claimed:
+                    claimed[topic] += count
+    stored.claimed = claimed
+
+
+def _unpacked(file: Path, folder: Path) -> Path:
+    if file.suffix not in PACKED:
+        return file
+    whole = folder / file.stem
+    with file.open("rb") as packed, whole.open("wb") as out:
+        zstandard.ZstdDecompressor().copy_stream(packed, out)
+    return whole
+
+
+def _unpacked_messages(file: Path, messages: Iterator[Message], stored: Stored) -> Iterator[Message]:
+    lost = 0
+    for message in messages:
+        data = _unpacked_bytes(message.data)
+        if data is None:
+            lost += 1
+        else:
+            yield message._replace(data=data)
+    if lost:
+        stored.remarks.append(f"{lost} messages of {file.name} cannot be unpacked")
+
+
+def _unpacked_bytes(data: bytes) -> bytes | None:
+    try:
+        return zstandard.ZstdDecompressor().decompressobj().decompress(data)
+    except zstandard.ZstdError:
+        return None

@@ -1,0 +1,152 @@
+"""What the car knew of itself at each scan, from whatever the recording holds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from firstlap.car_file import CAR_FIELDS
+from firstlap.recordings.recording import LONGEST_PAUSE, Commands
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Series:
+    """Values over time: times (M,) [s] increasing, values (M, K)."""
+
+    name: str
+    times: Floats
+    values: Floats
+
+    def at(self, times: Floats) -> Floats:
+        """(N, K) linearly between, held at the ends."""
+        columns = [np.interp(times, self.times, column) for column in self.values.T]
+        return np.column_stack(columns).reshape(len(times), self.values.shape[1])
+
+    def near(self, times: Floats) -> npt.NDArray[np.bool_]:
+        """(N,) whether there is a value within LONGEST_PAUSE."""
+        after = np.clip(np.searchsorted(self.times, times), 0, len(self.times) - 1)
+        before = np.maximum(after - 1, 0)
+        distance = np.minimum(np.abs(self.times[after] - times), np.abs(self.times[before] - times))
+        return np.asarray(distance <= LONGEST_PAUSE)
+
+
+@dataclass(frozen=True)
+class Sources:
+    """What a recording holds; each may be missing.
+
+    twist: speed, yaw rate. turning: yaw rate of an IMU. commands: speed, wheel angle. steering: wheel angle.
+    poses: x, y, yaw (unwrapped). imu_first: the IMU's yaw rate counts where there are two.
+    """
+
+    twist: Series | None = None
+    turning: Series | None = None
+    commands: Series | None = None
+    steering: Series | None = None
+    poses: Series | None = None
+    imu_first: bool = False
+
+
+@dataclass(frozen=True)
+class States:
+    """states (N, 3) and their sources, as of Recording."""
+
+    states: Floats
+    sources: dict[str, str]
+    remarks: list[str]
+
+
+def states_at(times: Floats, held: Sources, speed: float | None) -> States:
+    """The state at each of `times`. speed [m/s] serves where the recording tells none."""
+    sources: dict[str, str] = {}
+    remarks: list[str] = []
+    columns = np.zeros((len(times), 3))
+    twist, from_poses = held.twist, None
+    if held.poses is not None and (twist is None or _stands(twist, held.poses)):
+        twist, from_poses = motion_of(held.poses), held.poses.name
+        remarks.append(f"speed and yaw rate were made from the poses of {from_poses}")
+    if twist is not None:
+        columns[:, :2] = twist.at(times)
+        sources.update(speed=f"odometry ({twist.name})", yaw_rate=f"odometry ({twist.name})")
+        _note_missing(times, twist, "odometry", remarks)
+    elif held.commands is not None and np.all(np.isfinite(held.commands.values[:, 0])):
+        columns[:, 0] = held.commands.at(times)[:, 0]
+        sources["speed"] = f"commands ({held.commands.name})"
+        remarks.append(f"no odometry: the speed is the commanded one of {held.commands.name}")
+    else:
+        columns[:, 0] = 1.0 if speed is None else speed
+        sources["speed"] = "none"
+        remarks.append(f"neither odometry nor commands: the speed is taken to be {columns[0, 0]:g} m/s")
+    _add_steering(times, held, columns, sources)
+    _add_yaw_rate(times, held, columns, sources, remarks)
+    return States(columns, sources, remarks)
+
+
+def _add_steering(times: Floats, held: Sources, columns: Floats, sources: dict[str, str]) -> None:
+    sources["steering_angle"] = "none"
+    if held.steering is not None:
+        columns[:, 2] = held.steering.at(times)[:, 0]
+        sources["steering_angle"] = f"measured ({held.steering.name})"
+    elif held.commands is not None:
+        columns[:, 2] = held.commands.at(times)[:, 1]
+        sources["steering_angle"] = f"commands ({held.commands.name})"
+
+
+def _add_yaw_rate(times: Floats, held: Sources, columns: Floats, sources: dict[str, str], remarks: list[str]) -> None:
+    turns = "yaw_rate" in sources and bool(np.any(columns[:, 1]))
+    if held.turning is not None and (held.imu_first or not turns):
+        columns[:, 1] = held.turning.at(times)[:, 0]
+        sources["yaw_rate"] = f"imu ({held.turning.name})"
+        _note_missing(times, held.turning, "imu", remarks)
+    elif not turns and sources["steering_angle"] != "none":
+        wheelbase = float(CAR_FIELDS.find("geometry.wheelbase", "car").default)
+        columns[:, 1] = columns[:, 0] * np.tan(np.clip(columns[:, 2], -1.0, 1.0)) / wheelbase
+        sources["yaw_rate"] = f"wheel angle, {sources['steering_angle']}"
+        remarks.append(f"no yaw rate: it was made from speed and wheel angle, wheelbase {wheelbase:g} m")
+    elif not turns:
+        sources["yaw_rate"] = sources.get("yaw_rate", "none")
+
+
+def _note_missing(times: Floats, series: Series, what: str, remarks: list[str]) -> None:
+    lost = int(np.count_nonzero(~series.near(times)))
+    if lost:
+        remarks.append(f"{lost} scans have no {what} within {LONGEST_PAUSE:g} s: the last value is held")
+
+
+def _stands(twist: Series, poses: Series) -> bool:
+    """Whether the twist was never filled in, though the car moved."""
+    return not np.any(twist.values) and bool(np.ptp(poses.values[:, :2], axis=0).max() > 0.5)
+
+
+def motion_of(poses: Series) -> Series:
+    """Speed along the car [m/s] and yaw rate [rad/s] from its poses, over about a tenth of a second."""
+    times, values = poses.times, poses.values
+    before = np.maximum(np.searchsorted(times, times - 0.05) - 1, 0)
+    after = np.minimum(np.searchsorted(times, times + 0.05), len(times) - 1)
+    step = np.maximum(times[after] - times[before], 1e-6)
+    moved = values[after] - values[before]
+    yaw = values[:, 2]
+    speed = (moved[:, 0] * np.cos(yaw) + moved[:, 1] * np.sin(yaw)) / step
+    return Series(poses.name, times, np.column_stack([speed, moved[:, 2] / step]))
+
+
+def commands_at(times: Floats, commands: Series | None) -> Commands | None:
+    """The recorded commands at each scan, NaN where there is none near."""
+    if commands is None:
+        return None
+    values = np.where(commands.near(times)[:, None], commands.at(times), np.nan)
+    return Commands(commands.name, np.ascontiguousarray(values[:, 0]), np.ascontiguousarray(values[:, 1]))
+
+
+def series(name: str, times: Floats, values: Floats) -> Series | None:
+    """Sorted by time, each time once, without what is not finite; None where nothing is left."""
+    values = np.asarray(values, dtype=np.float64).reshape(len(times), -1)
+    good = np.isfinite(times) & np.all(np.isfinite(values), axis=1)
+    times, values = np.asarray(times, dtype=np.float64)[good], values[good]
+    order = np.argsort(times, kind="stable")
+    times, values = times[order], values[order]
+    once = np.concatenate([np.diff(times) > 0, [True]])[: len(times)]
+    return Series(name, times[once], values[once]) if np.any(once) else None

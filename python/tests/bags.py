@@ -1,0 +1,144 @@
+"""Small recordings for the tests, written by the library that the whole ROS world reads."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from rosbags.rosbag1 import Writer as BagWriter
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
+from rosbags.rosbag2 import Writer as Rosbag2Writer
+
+from firstlap.recordings.messages import ACKERMANN, typestore
+
+SCAN, ODOM, IMU = "sensor_msgs/msg/LaserScan", "nav_msgs/msg/Odometry", "sensor_msgs/msg/Imu"
+DRIVE = f"{ACKERMANN}Stamped"
+BEAMS, PERIOD, START = 271, 0.025, 1_700_000_000
+SPEED = 1.5
+
+
+class Entry(NamedTuple):
+    """One message: topic, its type, time of logging [ns], the message."""
+
+    topic: str
+    type: str
+    time: int
+    message: Any
+
+
+def make(kind: str, *values: Any, ros1: bool = False) -> Any:
+    return typestore("ros1" if ros1 else "cdr").types[kind](*values)
+
+
+def header(time: int, ros1: bool = False) -> Any:
+    stamp = make("builtin_interfaces/msg/Time", *divmod(time, 1_000_000_000))
+    return make("std_msgs/msg/Header", *((0,) if ros1 else ()), stamp, "laser", ros1=ros1)
+
+
+def nanoseconds(index: int) -> int:
+    return START * 1_000_000_000 + round(index * PERIOD * 1e9)
+
+
+def corridor(beams: int = BEAMS, width: float = 2.0, seed: int = 0) -> np.ndarray:
+    """Ranges between two walls, from the middle, with a little noise."""
+    angles = np.linspace(-0.75 * np.pi, 0.75 * np.pi, beams)
+    with np.errstate(divide="ignore"):
+        exact = np.minimum(0.5 * width / np.abs(np.sin(angles)), 25.0)
+    return (exact + np.random.default_rng(seed).normal(0.0, 0.005, beams)).astype(np.float32)
+
+
+def scan(time: int, ranges: np.ndarray, ros1: bool = False, beams_by_header: int | None = None) -> Any:
+    count = beams_by_header or len(ranges)
+    step = 1.5 * np.pi / (count - 1)
+    none = np.zeros(0, dtype=np.float32)
+    return make(
+        SCAN, header(time, ros1), -0.75 * np.pi, 0.75 * np.pi, step, 0.0, PERIOD, 0.02, 30.0, ranges, none, ros1=ros1
+    )  # fmt: skip
+
+
+def odometry(time: int, speed: float, yaw_rate: float = 0.0, ros1: bool = False) -> Any:
+    pose = make("geometry_msgs/msg/Pose", make("geometry_msgs/msg/Point", speed * (time / 1e9 - START), 0.0, 0.0),
+                make("geometry_msgs/msg/Quaternion", 0.0, 0.0, 0.0, 1.0))  # fmt: skip
+    twist = make("geometry_msgs/msg/Twist", make("geometry_msgs/msg/Vector3", speed, 0.0, 0.0),
+                 make("geometry_msgs/msg/Vector3", 0.0, 0.0, yaw_rate))  # fmt: skip
+    return make(
+        ODOM,
+        header(time, ros1),
+        "base_link",
+        make("geometry_msgs/msg/PoseWithCovariance", pose, np.zeros(36)),
+        make("geometry_msgs/msg/TwistWithCovariance", twist, np.zeros(36)),
+        ros1=ros1,
+    )
+
+
+def imu(time: int, yaw_rate: float) -> Any:
+    still = make("geometry_msgs/msg/Vector3", 0.0, 0.0, 0.0)
+    turn = make("geometry_msgs/msg/Vector3", 0.0, 0.0, yaw_rate)
+    level = make("geometry_msgs/msg/Quaternion", 0.0, 0.0, 0.0, 1.0)
+    return make(IMU, header(time), level, np.zeros(9), turn, np.zeros(9), still, np.zeros(9))
+
+
+def drive(time: int, speed: float, steering_angle: float, ros1: bool = False) -> Any:
+    return make(DRIVE, header(time, ros1), make(ACKERMANN, steering_angle, 0.0, speed, 0.0, 0.0), ros1=ros1)
+
+
+def entries(count: int = 60, *, ros1: bool = False, odom: bool = True, commands: bool = True) -> list[Entry]:
+    """A drive along a corridor, stamps and times of logging alike."""
+    found = []
+    for i in range(count):
+        now = nanoseconds(i)
+        found.append(Entry("/scan", SCAN, now, scan(now, corridor(seed=i), ros1)))
+        if odom:
+            found.append(Entry("/odom", ODOM, now, odometry(now, SPEED, 0.01, ros1)))
+        if commands:
+            found.append(Entry("/drive", DRIVE, now, drive(now, SPEED, 0.05, ros1)))
+    return found
+
+
+def write_rosbag2(
+    path: Path, items: list[Entry], storage: str = "sqlite3", compression: CompressionMode | None = None
+) -> Path:
+    """A rosbag2 folder."""
+    writer = Rosbag2Writer(path, version=9, storage_plugin=StoragePlugin[storage.upper()])
+    if compression is not None:
+        writer.set_compression(compression, CompressionFormat.ZSTD)
+    with writer:
+        connections: dict[str, Any] = {}
+        for item in items:
+            if item.topic not in connections:
+                connections[item.topic] = writer.add_connection(item.topic, item.type, typestore=typestore())
+            data = typestore().serialize_cdr(item.message, item.type)
+            writer.write(connections[item.topic], item.time, data)
+    return path
+
+
+def write_bag(path: Path, items: list[Entry]) -> Path:
+    """A ROS 1 bag of several chunks."""
+    store = typestore("ros1")
+    writer = BagWriter(path)
+    writer.chunk_threshold = 30_000
+    with writer:
+        connections: dict[str, Any] = {}
+        for item in items:
+            if item.topic not in connections:
+                connections[item.topic] = writer.add_connection(item.topic, item.type, typestore=store)
+            writer.write(connections[item.topic], item.time, store.serialize_ros1(item.message, item.type))
+    return path
+
+
+def _one_file(folder: Path, suffix: str) -> Path:
+    return next(folder.glob(f"*{suffix}"))
+
+
+WRITERS: dict[str, Callable[[Path], Path]] = {
+    "folder of sqlite3": lambda path: write_rosbag2(path / "a", entries()),
+    "folder of mcap": lambda path: write_rosbag2(path / "b", entries(), "mcap"),
+    "db3": lambda path: _one_file(write_rosbag2(path / "c", entries()), ".db3"),
+    "mcap": lambda path: _one_file(write_rosbag2(path / "d", entries(), "mcap"), ".mcap"),
+    "bag": lambda path: write_bag(path / "e.bag", entries(ros1=True)),
+    "packed as files": lambda path: write_rosbag2(path / "f", entries(), compression=CompressionMode.FILE),
+    "packed as messages": lambda path: write_rosbag2(path / "g", entries(), compression=CompressionMode.MESSAGE),
+    "packed as chunks": lambda path: write_rosbag2(path / "h", entries(), "mcap", CompressionMode.STORAGE),
+}

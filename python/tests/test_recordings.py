@@ -1,0 +1,356 @@
+"""Recordings: every format alike, topics by type, and whatever can be wrong with a file."""
+
+from __future__ import annotations
+
+import random
+import shutil
+from pathlib import Path
+
+import bags
+import numpy as np
+import pytest
+
+from firstlap.errors import InputError
+from firstlap.recordings import Recording, Topics, load_recording
+
+SCANS = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "scans"
+needs_scans = pytest.mark.skipif(not SCANS.is_dir(), reason="the real recordings (../shared/data) are not here")
+
+
+def remarks(recording: Recording) -> str:
+    """All of them in one line."""
+    return " | ".join(recording.remarks)
+
+
+@pytest.mark.parametrize("write", bags.WRITERS.values(), ids=bags.WRITERS.keys())
+def test_every_format_gives_the_same(tmp_path, write):
+    recording = load_recording(write(tmp_path))
+    assert len(recording) == 60
+    assert recording.remarks == ()
+    assert all(np.array_equal(one, bags.corridor(seed=i)) for i, one in enumerate(recording.ranges))
+    assert recording.stamps == pytest.approx(np.arange(60) * bags.PERIOD, abs=1e-12)
+    assert np.all(recording.dts == bags.PERIOD)
+    assert np.all(recording.states == [bags.SPEED, 0.01, np.float64(np.float32(0.05))])
+    assert recording.sources["speed"] == "odometry (/odom)"
+    assert recording.sources["steering_angle"] == "commands (/drive)"
+    assert recording.commands is not None
+    assert np.all(recording.commands.speed == bags.SPEED)
+    assert recording.poses is not None
+    assert recording.poses[-1, 0] == pytest.approx(59 * bags.PERIOD * bags.SPEED)
+    assert recording.headers[0, :2] == pytest.approx([-0.75 * np.pi, 1.5 * np.pi / 270], rel=1e-6)
+
+
+def test_without_odometry_the_speed_is_the_commanded_one_and_that_is_said(tmp_path):
+    recording = load_recording(bags.write_rosbag2(tmp_path / "a", bags.entries(odom=False)))
+    assert np.all(recording.speed == bags.SPEED)
+    assert recording.sources["speed"] == "commands (/drive)"
+    assert "no odometry: the speed is the commanded one of /drive" in remarks(recording)
+    assert "no yaw rate" in remarks(recording)
+    assert recording.yaw_rate == pytest.approx(np.full(60, bags.SPEED * np.tan(0.05) / 0.33))
+
+
+def test_without_anything_the_speed_is_the_one_given_and_that_is_said(tmp_path):
+    path = bags.write_rosbag2(tmp_path / "a", bags.entries(odom=False, commands=False))
+    recording = load_recording(path, Topics(speed=2.5))
+    assert np.all(recording.speed == 2.5)
+    assert "the speed is taken to be 2.5 m/s" in remarks(recording)
+
+
+def test_an_imu_turns_where_odometry_does_not_or_where_it_is_named(tmp_path):
+    scans = bags.entries(odom=False, commands=False)
+    turning = [bags.Entry("/imu", bags.IMU, bags.nanoseconds(i), bags.imu(bags.nanoseconds(i), 0.5)) for i in range(60)]
+    still = [
+        bags.Entry("/odom", bags.ODOM, bags.nanoseconds(i), bags.odometry(bags.nanoseconds(i), 1.0)) for i in range(60)
+    ]
+    moving = [entry for entry in bags.entries() if entry.topic == "/odom"]
+    one = load_recording(bags.write_rosbag2(tmp_path / "a", scans + turning + still))
+    assert np.all(one.yaw_rate == 0.5)
+    path = bags.write_rosbag2(tmp_path / "b", scans + turning + moving)
+    assert np.all(load_recording(path).yaw_rate == 0.01)
+    assert np.all(load_recording(path, Topics(imu="/imu")).yaw_rate == 0.5)
+
+
+def test_two_candidates_ask_for_a_choice_and_are_listed(tmp_path):
+    more = [entry._replace(topic=f"{entry.topic}_2") for entry in bags.entries()]
+    path = bags.write_rosbag2(tmp_path / "a", bags.entries() + more)
+    for given, option, names in (
+        (Topics(), "--scan-topic", ("/scan", "/scan_2")),
+        (Topics(scan="/scan"), "--odom-topic", ("/odom", "/odom_2")),
+        (Topics(scan="/scan", odom="odom"), "--drive-topic", ("/drive", "/drive_2")),
+    ):
+        with pytest.raises(InputError) as error:
+            load_recording(path, given)
+        assert option in str(error.value)
+        assert all(name in str(error.value) for name in names)
+    recording = load_recording(path, Topics(scan="/scan_2", odom="/odom_2", drive="none"))
+    assert recording.topics == {"scan": "/scan_2", "odom": "/odom_2"}
+    assert recording.commands is None
+    with pytest.raises(InputError, match="/nowhere"):
+        load_recording(path, Topics(scan="/nowhere"))
+
+
+def test_types_that_nobody_knows_do_not_matter(tmp_path):
+    from rosbags.rosbag2 import StoragePlugin, Writer
+    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    store.register(get_types_from_msg("float64[] secret\nstring word", "our_msgs/msg/Telemetry"))
+    message = store.types["our_msgs/msg/Telemetry"](np.ones(3), "x")
+    with Writer(tmp_path / "a", version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        known = writer.add_connection("/scan", bags.SCAN, typestore=store)
+        own = writer.add_connection("/telemetry", "our_msgs/msg/Telemetry", typestore=store)
+        for entry in bags.entries(odom=False, commands=False):
+            writer.write(own, entry.time, store.serialize_cdr(message, "our_msgs/msg/Telemetry"))
+            writer.write(known, entry.time, store.serialize_cdr(entry.message, bags.SCAN))
+    assert len(load_recording(tmp_path / "a")) == 60
+
+
+def test_no_scan_inside_tells_what_is(tmp_path):
+    path = bags.write_rosbag2(tmp_path / "a", [entry for entry in bags.entries() if entry.topic == "/odom"])
+    with pytest.raises(InputError, match=r"no LaserScan inside; it holds nav_msgs/msg/Odometry"):
+        load_recording(path)
+
+
+def with_stamps(stamps: list[int], logged: list[int]) -> list[bags.Entry]:
+    """Scans with stamps and times of logging in units of the scan period."""
+    return [
+        bags.Entry("/scan", bags.SCAN, bags.nanoseconds(log), bags.scan(bags.nanoseconds(stamp), bags.corridor(seed=i)))
+        for i, (stamp, log) in enumerate(zip(stamps, logged, strict=True))
+    ]
+
+
+def test_stamps_that_jump_back_or_stand_still_give_way_to_the_times_of_logging(tmp_path):
+    stamps = [*range(10), *range(5, 10), *[9] * 5]
+    recording = load_recording(bags.write_rosbag2(tmp_path / "a", with_stamps(stamps, list(range(20)))))
+    assert len(recording) == 20
+    assert np.all(recording.dts == bags.PERIOD)
+    assert "6 of 20 stamps do not advance (5 stand still, 1 jump back)" in remarks(recording)
+
+
+def test_where_no_clock_advances_the_usual_period_is_taken(tmp_path):
+    stamps = [*range(10), 3, *range(11, 20)]
+    recording = load_recording(bags.write_rosbag2(tmp_path / "a", with_stamps(stamps, [0] * 20)))
+    assert len(recording) == 20
+    assert np.all(np.diff(recording.stamps) > 0.0)
+    assert "the usual 25.0 ms" in remarks(recording)
+
+
+def test_a_pause_is_said(tmp_path):
+    stamps = [*range(10), *range(100, 110)]
+    recording = load_recording(bags.write_rosbag2(tmp_path / "a", with_stamps(stamps, stamps)))
+    assert "1 gaps of more than 0.5 s, the longest 2.3 s" in remarks(recording)
+
+
+def test_scans_that_change_size_are_read_by_their_own_header(tmp_path):
+    items = bags.entries(40, odom=False, commands=False)
+    for i in range(20, 40):
+        items[i] = items[i]._replace(message=bags.scan(items[i].time, bags.corridor(541, seed=i)))
+    recording = load_recording(bags.write_rosbag2(tmp_path / "a", items))
+    assert [len(one) for one in recording.ranges] == [271] * 20 + [541] * 20
+    assert "the scans change size: 20 of 271 beams, 20 of 541 beams" in remarks(recording)
+
+
+def test_scans_that_do_not_fit_their_own_header_are_left_out_and_counted(tmp_path):
+    items = bags.entries(40, odom=False, commands=False)
+    for i in range(10):
+        message = bags.scan(items[i].time, bags.corridor(100), beams_by_header=271)
+        items[i] = items[i]._replace(message=message)
+    nothing = np.zeros(0, dtype=np.float32)
+    items[10] = items[10]._replace(message=bags.scan(items[10].time, nothing, beams_by_header=271))
+    recording = load_recording(bags.write_rosbag2(tmp_path / "a", items))
+    assert len(recording) == 29
+    assert "10 scans left out: as many beams as do not fit" in remarks(recording)
+    assert "1 scans left out: no beams" in remarks(recording)
+
+
+def test_metadata_that_lies_about_counts_is_said(tmp_path):
+    path = bags.write_rosbag2(tmp_path / "a", bags.entries())
+    about = path / "metadata.yaml"
+    about.write_text(about.read_text().replace("message_count: 60", "message_count: 9000"))
+    recording = load_recording(path)
+    assert len(recording) == 60
+    assert "the metadata says 9000 messages of /scan, 60 can be read" in remarks(recording)
+
+
+def test_a_folder_without_good_metadata_is_read_file_by_file(tmp_path):
+    odd = "rosbag2_bagfile_information: 3"
+    for name, text in (("none", None), ("garbage", "{{{["), ("other", "a: 1"), ("odd", odd)):
+        path = bags.write_rosbag2(tmp_path / name, bags.entries(), "mcap")
+        about = path / "metadata.yaml"
+        about.unlink()
+        if text is not None:
+            about.write_text(text)
+        recording = load_recording(path)
+        assert len(recording) == 60
+        assert "metadata.yaml" in remarks(recording)
+
+
+def test_a_missing_file_of_a_folder_is_said(tmp_path):
+    path = bags.write_rosbag2(tmp_path / "a", bags.entries())
+    about = path / "metadata.yaml"
+    about.write_text(about.read_text().replace("relative_file_paths:", "relative_file_paths:\n  - b.db3"))
+    recording = load_recording(path)
+    assert len(recording) == 60
+    assert "metadata.yaml names b.db3, which is not there" in remarks(recording)
+
+
+@pytest.mark.parametrize(
+    ("kind", "share"),
+    [(kind, share) for kind in ("db3", "mcap", "bag") for share in (0.5, 0.9)] + [("packed as files", 0.9)],
+)
+def test_of_a_file_that_is_cut_off_the_rest_is_read(tmp_path, kind, share):
+    path = bags.WRITERS[kind](tmp_path)
+    file = next(path.glob("*.zstd")) if path.is_dir() else path
+    if kind == "mcap":
+        path = file = unfinished_mcap(tmp_path / "u.mcap")
+    data = file.read_bytes()
+    file.write_bytes(data[: int(share * len(data))])
+    recording = load_recording(path)
+    assert 0.3 * share * 60 < len(recording) < 60
+    assert "cut off" in remarks(recording)
+
+
+def unfinished_mcap(path: Path) -> Path:
+    """A file of small chunks, as a writer leaves it that flushes now and then."""
+    from mcap.writer import Writer
+
+    from firstlap.recordings.messages import typestore
+
+    with path.open("wb") as file:
+        writer = Writer(file, chunk_size=6000)
+        writer.start("ros2")
+        schema = writer.register_schema(bags.SCAN, "ros2msg", b"")
+        channel = writer.register_channel("/scan", "cdr", schema)
+        for entry in bags.entries(odom=False, commands=False):
+            data = bytes(typestore().serialize_cdr(entry.message, bags.SCAN))
+            writer.add_message(channel, entry.time, data, entry.time)
+        writer.flush()
+    return path
+
+
+HOPELESS = {
+    "empty.mcap": b"",
+    "empty.db3": b"",
+    "empty.bag": b"",
+    "empty.npz": b"",
+    "noise.mcap": random.Random(1).randbytes(4000),
+    "noise.db3": random.Random(2).randbytes(4000),
+    "noise.bag": random.Random(3).randbytes(4000),
+    "noise.npz": random.Random(4).randbytes(4000),
+    "head.mcap": b"\x89MCAP0\r\n" + random.Random(5).randbytes(400),
+    "head.bag": b"#ROSBAG V2.0\n" + random.Random(6).randbytes(400),
+    "head.db3": b"SQLite format 3\0" + random.Random(7).randbytes(4000),
+    "what.txt": b"hello",
+}
+
+
+@pytest.mark.parametrize("name", HOPELESS)
+def test_hopeless_files_are_refused_in_one_line(cli, tmp_path, name):
+    (tmp_path / name).write_bytes(HOPELESS[name])
+    said = cli("replay", name)
+    assert said.code == 2
+    assert said.out == ""
+    assert said.err.startswith("error: ")
+    assert said.err.count("\n") == 1
+    assert name in said.err
+
+
+def test_folders_without_recording_are_refused(tmp_path):
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(InputError, match="a folder without recording"):
+        load_recording(tmp_path / "empty")
+    path = bags.write_rosbag2(tmp_path / "a", bags.entries())
+    about = path / "metadata.yaml"
+    about.write_text(about.read_text().replace("storage_identifier: sqlite3", "storage_identifier: tape"))
+    with pytest.raises(InputError, match="unknown storage 'tape'; known are sqlite3, mcap"):
+        load_recording(path)
+
+
+@pytest.mark.parametrize("kind", ["db3", "mcap", "bag", "folder of sqlite3", "packed as messages"])
+def test_any_damage_gives_a_recording_or_one_line(tmp_path, kind):
+    whole = bags.WRITERS[kind](tmp_path)
+    for seed in range(25):
+        dice = random.Random(seed)
+        path = tmp_path / f"damaged{whole.suffix}"
+        shutil.rmtree(path, ignore_errors=True)
+        shutil.copytree(whole, path) if whole.is_dir() else shutil.copy(whole, path)
+        file = dice.choice(sorted(path.iterdir())) if path.is_dir() else path
+        data = bytearray(file.read_bytes())
+        for _ in range(dice.choice((1, 5, 50))):
+            data[dice.randrange(min(len(data), dice.choice((200, 5000, 10**9))))] = dice.randrange(256)
+        file.write_bytes(data[: dice.randrange(1, len(data))] if dice.random() < 0.3 else data)
+        try:
+            recording = load_recording(path)
+        except InputError as error:
+            assert "\n" not in str(error)
+        else:
+            assert len(recording) == len(recording.states) == len(recording.dts)
+            assert np.all(np.isfinite(recording.states))
+            assert np.all(recording.dts > 0.0)
+
+
+def test_numpy_files_say_what_is_wrong(tmp_path):
+    good = {"ranges": np.ones((5, 271), dtype=np.float32), "angle_min": -2.3, "angle_increment": 0.017}
+    for change, what in (
+        ({"ranges": None}, "no LaserScan inside"),
+        ({"angle_min": None}, "'angle_min'"),
+        ({"angle_min": np.ones(3)}, "'angle_min' is not one finite number"),
+        ({"ranges": np.ones((2, 3, 4))}, "'ranges' is float64"),
+        ({"ranges": np.array(["a"])}, "'ranges' is <U1"),
+        ({"stamps": np.arange(4)}, "'stamps' is int64 .4,., which does not fit 5 scans"),
+        ({"pose_global": np.zeros((4, 3))}, "'pose_global'"),
+        ({"speed": np.zeros((5, 2))}, "'speed'"),
+    ):
+        arrays = {key: value for key, value in {**good, **change}.items() if value is not None}
+        np.savez(tmp_path / "a.npz", **arrays)
+        with pytest.raises(InputError, match=what):
+            load_recording(tmp_path / "a.npz")
+    np.savez(tmp_path / "a.npz", **good, stamps=[0.0, 0.1, 0.05, 0.05, 0.2], speed=np.full(5, 2.0))
+    recording = load_recording(tmp_path / "a.npz")
+    assert "stamps do not advance" in remarks(recording)
+    assert np.all(recording.speed == 2.0)
+
+
+@needs_scans
+def test_a_real_rosbag_and_its_numpy_copy_are_one_recording():
+    folder = SCANS / "sinside_corner_1_speed_1"
+    topic = "/vesc/low_level/ackermann_cmd"
+    bag = load_recording(folder / "rosbag2", Topics(drive=topic))
+    copy = load_recording(folder / "sinside_corner_1_speed_1.npz")
+    assert len(bag) == len(copy) == 605
+    assert all(np.array_equal(a, b) for a, b in zip(bag.ranges, copy.ranges, strict=True))
+    assert bag.stamps == pytest.approx(copy.stamps, abs=1e-6)
+    assert bag.headers == pytest.approx(copy.headers, rel=1e-6)
+    moving = bag.speed == 1.0
+    assert np.mean(np.abs(bag.speed - copy.speed) < 0.05) > 0.95
+    assert moving.sum() > 300
+
+
+@needs_scans
+def test_a_real_rosbag_with_three_commands_asks_which():
+    with pytest.raises(InputError, match="has 3 AckermannDriveStamped topics: /vesc/high_level/input/nav_0"):
+        load_recording(SCANS / "sinside_corner_1_speed_1" / "rosbag2")
+
+
+@needs_scans
+@pytest.mark.parametrize(("name", "scans", "laser_x"), [("germany2022", 797, 0.275), ("hangar12", 1900, 0.285)])
+def test_real_recordings_with_poses_have_them_in_the_map(name, scans, laser_x):
+    recording = load_recording(SCANS / name / f"{name}.npz")
+    assert len(recording) == scans
+    assert recording.frame == "map"
+    assert recording.laser_x == laser_x
+    assert recording.poses is not None
+    assert recording.poses.shape == (scans, 3)
+    # The speed made from odometry fits the poses of the map.
+    way = float(np.sum(np.abs(recording.speed) * recording.dts * (recording.dts < 0.5)))
+    steps = np.hypot(*np.diff(recording.poses[:, :2], axis=0).T)
+    assert way == pytest.approx(float(np.sum(steps[recording.dts[1:] < 0.5])), rel=0.1)
+
+
+@needs_scans
+def test_a_real_recording_at_racing_speed_tells_its_state():
+    recording = load_recording(SCANS / "rollcage" / "rollcage.npz")
+    assert recording.speed.max() == pytest.approx(5.8, abs=0.1)
+    assert recording.sources["steering_angle"] == "measured (steer)"
+    assert recording.commands is not None
+    assert np.all(np.isfinite(recording.commands.steering_angle))

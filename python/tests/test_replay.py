@@ -1,0 +1,241 @@
+"""Replays: the planner on recorded scans."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import bags
+import numpy as np
+import pytest
+
+from firstlap import load_car, load_setup
+from firstlap.continuity import Continuity
+from firstlap.recordings import Recording, Topics, load_recording
+from firstlap.recordings.body import find_body
+from firstlap.replay import Replay
+from firstlap.replay import replay as run_replay
+
+SCANS = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "scans"
+needs_scans = pytest.mark.skipif(not SCANS.is_dir(), reason="the real recordings (../shared/data) are not here")
+PNG = b"\x89PNG\r\n"
+KEYS = {
+    "version",
+    "recording",
+    "topics",
+    "sources",
+    "remarks",
+    "scans",
+    "seconds",
+    "from",
+    "car",
+    "setup",
+    "set",
+    "statuses",
+    "sides",
+    "width",
+    "available",
+    "jump",
+    "changes_of_side",
+    "step_us",
+    "recorded",
+    "scans_per_second",
+}
+
+
+def drive(recording: Recording, setup: str = "base", **options: object) -> Replay:
+    return run_replay(recording, load_setup(setup), load_car("default"), **options)  # type: ignore[arg-type]
+
+
+@pytest.fixture(scope="module")
+def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A drive of 3 s along a corridor."""
+    return bags.write_rosbag2(tmp_path_factory.mktemp("bag") / "corridor", bags.entries(120))
+
+
+@pytest.fixture(scope="module")
+def corridor(bag: Path) -> Recording:
+    return load_recording(bag)
+
+
+def test_a_corridor_is_seen_as_it_is(corridor):
+    found = drive(corridor).to_dict()
+    assert found["statuses"] == {"ok": 120}
+    assert found["sides"] == {"both": 1.0, "one": 0.0, "none": 0.0}
+    assert found["width"]["median"] == pytest.approx(2.0, abs=0.03)
+    assert found["available"] == {"1": 1.0, "2": 1.0, "3": 1.0}
+    assert found["jump"]["p95"] < 0.05
+    assert found["changes_of_side"]["count"] == 0
+    assert found["recorded"]["steering_angle"]["median"] == pytest.approx(0.05, abs=0.03)
+
+
+def test_batches_are_the_same_as_step_by_step(corridor):
+    from firstlap import Racer
+
+    racer = Racer("base", load_car("default"))
+    angle_min, angle_increment, time_increment, range_min, range_max = corridor.headers[0].tolist()
+    single = [
+        racer.step(
+            ranges,
+            speed=speed,
+            yaw_rate=yaw_rate,
+            steering_angle=steering_angle,
+            dt=dt,
+            angle_min=angle_min,
+            angle_increment=angle_increment,
+            time_increment=time_increment,
+            range_min=range_min,
+            range_max=range_max,
+        )
+        for ranges, (speed, yaw_rate, steering_angle), dt in zip(
+            corridor.ranges, corridor.states.tolist(), corridor.dts.tolist(), strict=True
+        )
+    ]
+    driven = drive(corridor).driven
+    assert driven.speed.tolist() == [command.speed for command in single]
+    assert driven.steering_angle.tolist() == [command.steering_angle for command in single]
+
+
+def test_a_second_setup_sees_the_same_scans(corridor):
+    same = drive(corridor, against=load_setup("base")).to_dict()
+    assert same["difference"]["speed"] == {"median": 0.0, "p95": 0.0}
+    assert same["difference"]["steering_angle"] == {"median": 0.0, "p95": 0.0}
+    slow = load_setup("base").with_values({"v_min": 0.5, "v_max": 0.5})
+    other = drive(corridor, against=slow).to_dict()
+    assert other["against"]["setup"] == "base"
+    assert other["difference"]["speed"]["median"] > 0.5
+
+
+def test_from_and_to_are_seconds_after_the_first_scan(cli, bag):
+    found = cli("replay", bag, "--from", 1, "--to", 2, "--json").json
+    assert set(found) == KEYS
+    assert (found["scans"], found["from"], found["seconds"]) == (41, 1.0, 1.0)
+    said = cli("replay", bag, "--from", 50)
+    assert said.code == 2
+    assert "it lasts 2.98 s" in said.err
+
+
+def test_replay_prints_a_table_and_draws_it(cli, bag):
+    said = cli("replay", bag, "--setup", "base", "--against", "race", "--plot", "a.png")
+    assert said.code == 0, said.err
+    for words in ("120 scans", "setup base", "setup race", "against the commands of /drive", "base against race"):
+        assert words in " ".join(said.out.split())
+    assert "speed from odometry (/odom)" in said.out
+    assert Path("a.png").read_bytes().startswith(PNG)
+    assert cli("replay", bag, "--odom-topic", "none", "--pose-topic", "none", "--plot", "b.png").code == 0
+    assert Path("b.png").read_bytes().startswith(PNG)
+
+
+def test_explain_draws_a_scan_of_a_recording(cli, bag):
+    said = cli("explain", bag, "--scan", 100, "--setup", "base")
+    assert said.code == 0, said.err
+    assert Path("explain.png").read_bytes().startswith(PNG)
+    assert cli("explain", bag, "--scan", -1, "--plot", "last.png").code == 0
+    assert "has scans 0 to 119, asked for 120" in cli("explain", bag, "--scan", 120).err
+
+
+def test_explain_shows_the_step_of_the_replay(corridor):
+    from firstlap.explain import explain_recording
+
+    moment = explain_recording(corridor, load_setup("base"), load_car("default"), 77)
+    driven = drive(corridor).driven
+    assert moment.trace["result"][:2] == (driven.speed[77], driven.steering_angle[77])
+
+
+def with_body(recording: Recording, beams: slice, length: float) -> Recording:
+    """The recording of a car of which some beams see a part."""
+    ranges = [one.copy() for one in recording.ranges]
+    for one in ranges:
+        one[beams] = length
+    return replace(recording, ranges=ranges)
+
+
+def test_returns_of_the_car_itself_are_found_and_masked(corridor):
+    seen = with_body(corridor, slice(0, 12), 0.5)
+    found = drive(seen)
+    assert found.body is not None
+    assert found.body.beams == 12
+    assert "12 beams see the car itself: masked by --set mask_angle=2.05 --set mask_range=0.55" in found.remarks
+    assert found.driven.setup.get("mask_range") == 0.55
+    assert drive(seen, mask_body=False).body is None
+    own = load_setup("base").with_values({"mask_range": 0.2})
+    assert run_replay(seen, own, load_car("default")).body is None
+
+
+def test_a_body_inside_the_setups_mask_needs_none(corridor):
+    assert find_body(corridor, load_setup("base")) is None
+    assert find_body(with_body(corridor, slice(0, 10), 0.2), load_setup("base")) is None
+    # At a standstill everything looks like the car.
+    still = replace(corridor, states=np.zeros_like(corridor.states))
+    assert find_body(with_body(still, slice(0, 12), 0.5), load_setup("base")) is None
+
+
+def test_the_lasers_place_comes_from_the_recording_and_is_said(corridor):
+    found = drive(replace(corridor, laser_x=0.15))
+    assert found.driven.setup.get("laser_x") == 0.15
+    assert "the laser stands 0.15 m ahead of base_link, as the recording says" in found.remarks
+
+
+def test_a_jump_is_measured_after_the_cars_own_motion():
+    line = np.column_stack([np.arange(0.0, 5.0, 0.1), np.zeros(50)])
+    nothing = np.zeros((0, 2))
+    state, dt = np.array([2.0, 0.0, 0.0]), 0.1
+    steady = Continuity()
+    assert np.isnan(steady.add(line, nothing, nothing, state, dt)[0])
+    assert steady.add(line, nothing, nothing, state, dt)[0] == pytest.approx(0.0, abs=1e-12)
+    assert steady.add(line + np.array([0.0, 0.3]), nothing, nothing, state, dt)[0] == pytest.approx(0.3)
+    # Turning by 0.1 rad about the car moves a line that stands still by 1.5 m times that.
+    turning = Continuity()
+    turning.add(line, nothing, nothing, np.array([0.0, 1.0, 0.0]), dt)
+    c, s = np.cos(0.1), np.sin(0.1)
+    turned = line @ np.array([[c, -s], [s, c]])
+    assert turning.add(turned, nothing, nothing, np.array([0.0, 1.0, 0.0]), dt)[0] == pytest.approx(0.0, abs=1e-9)
+    assert turning.add(turned, nothing, nothing, np.array([0.0, 1.0, 0.0]), dt)[0] == pytest.approx(0.15, abs=0.01)
+    assert np.isnan(turning.add(turned, nothing, nothing, state, 1.0)[0])
+
+
+def test_a_wall_that_changes_its_side_is_counted():
+    left = np.column_stack([np.arange(0.0, 3.0, 0.15), np.full(20, 1.0)])
+    right = left - (0.0, 2.0)
+    path, state = np.zeros((0, 2)), np.array([1.0, 0.0, 0.0])
+    walls = Continuity()
+    assert not walls.add(path, left, right, state, 0.025)[1]
+    assert not walls.add(path, left, right, state, 0.025)[1]
+    assert walls.add(path, left[:10], np.vstack([right, left[10:]]), state, 0.025)[1]
+    assert not walls.add(path, left[:10], np.vstack([right, left[10:]]), state, 0.025)[1]
+
+
+def test_scans_of_changing_size_are_driven_through(tmp_path):
+    items = bags.entries(60)
+    for i, item in enumerate(items):
+        if item.topic == "/scan" and i > 60:
+            items[i] = item._replace(message=bags.scan(item.time, bags.corridor(541, seed=i)))
+    recording = load_recording(bags.write_rosbag2(tmp_path / "a", items))
+    assert drive(recording).to_dict()["statuses"] == {"ok": 60}
+
+
+DENSE = {"straight_1_speed_1": 707, "sinside_corner_1_speed_1": 605}
+
+
+@needs_scans
+@pytest.mark.parametrize("name", DENSE)
+def test_real_corridors_are_planned_through(name):
+    recording = load_recording(SCANS / name / "rosbag2", Topics(drive="/vesc/low_level/ackermann_cmd"))
+    found = drive(recording, "sure")
+    assert found.body is not None
+    measured = found.to_dict()
+    assert measured["scans"] == DENSE[name]
+    assert measured["available"]["1"] >= 0.99
+    assert measured["jump"]["p95"] <= 0.20
+    assert measured["jump"]["big"] <= 0.07
+    # The body, where it is left in, is a wall that stands beside the car.
+    assert drive(recording, "sure", mask_body=False).to_dict()["available"]["1"] < measured["available"]["1"]
+
+
+@needs_scans
+@pytest.mark.parametrize("name", ["germany2022", "hangar12", "rollcage"])
+def test_real_race_tracks_are_planned_through(name):
+    found = drive(load_recording(SCANS / name / f"{name}.npz"), "sure").to_dict()
+    assert found["statuses"]["ok"] >= 0.95 * found["scans"]
+    assert found["sides"]["none"] == 0.0
+    assert found["available"]["2"] > 0.9
