@@ -8,7 +8,7 @@ import signal
 import statistics
 import threading
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -103,8 +103,10 @@ class Comparison:
         seeds: int,
         latency: str,
         store: Store,
+        options: Mapping[str, float] | None = None,
         jobs: int | None = None,
     ) -> None:
+        """options: conditions of the field table `RaceOptions`, for every race. Raises InputError."""
         latency_options(latency)
         self.track = track
         self.entries = list(entries)
@@ -113,6 +115,7 @@ class Comparison:
         self.seeds = seeds
         self.latency = latency
         self.store = store
+        self.options = dict(options or {})
         self.jobs = jobs or os.cpu_count() or 1
         self.from_store = 0
 
@@ -144,7 +147,7 @@ class Comparison:
 
     def key(self, setup: Setup, seed: int) -> str:
         """Of a race in the store."""
-        return race_key(self.track, setup, self.car, self.laps, seed, self.latency)
+        return race_key(self.track, setup, self.car, self.laps, seed, self.latency, self.options)
 
     def take(self, entry: Entry, record: Record, done: Callable[[Entry, Record], object] | None) -> None:
         """Keeps a race that was just driven."""
@@ -189,6 +192,7 @@ class Comparison:
             "laps": self.laps,
             "seeds": self.seeds,
             "latency": self.latency,
+            "options": self.options,
             "reference": reference["label"] if reference else None,
             "entries": rows,
             "order": paper_order(rows),
@@ -260,6 +264,7 @@ class _Threads:
                 seed=job.seed,
                 latency=comparison.latency,
                 preparation=job.entry.preparation,
+                options=comparison.options,
                 look=self._look,
             )
         )
@@ -287,7 +292,7 @@ class _Processes:
         futures = {}
         for job in jobs:
             given = job.entry.setup, job.seed, job.entry.preparation
-            arguments = (track, car, comparison.laps, comparison.latency, *given)
+            arguments = (track, car, comparison.laps, comparison.latency, comparison.options, *given)
             futures[pool.submit(_race_in_process, *arguments)] = job
         _collect(pool, futures, comparison, done, stop)
 
@@ -324,6 +329,7 @@ def _race_in_process(
     car: tuple[str, dict[str, dict[str, float]]],
     laps: int,
     latency: str,
+    options: dict[str, float],
     setup: Setup,
     seed: int,
     preparation: Preparation,
@@ -346,6 +352,7 @@ def _race_in_process(
             seed=seed,
             latency=latency,
             preparation=preparation,
+            options=options,
             look=look,
         )
     )

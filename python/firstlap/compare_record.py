@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from functools import cache
 from pathlib import Path
@@ -121,8 +122,10 @@ def default_folder() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "firstlap" / "compare"
 
 
-def race_key(track: Track, setup: Setup, car: Car, laps: int, seed: int, latency: str) -> str:
-    """Hash of everything that a race depends on: code, track, setup, car, laps, seed, latency."""
+def race_key(
+    track: Track, setup: Setup, car: Car, laps: int, seed: int, latency: str, options: Mapping[str, float]
+) -> str:
+    """Hash of everything that a race depends on: code, track, setup, car, laps, seed, latency, conditions."""
     said = {
         "version": __version__,
         "code": code_hash(driver_kind(setup.driver).in_python),
@@ -133,6 +136,7 @@ def race_key(track: Track, setup: Setup, car: Car, laps: int, seed: int, latency
         "laps": laps,
         "seed": seed,
         "latency": latency,
+        "options": dict(options),
     }
     return hashlib.sha256(json.dumps(said, sort_keys=True).encode()).hexdigest()[:40]
 

@@ -122,10 +122,11 @@ def _cells(cells: list[str]) -> str:
 def _markdown(comparison: Comparison, command: str) -> str:
     found = comparison.to_dict()
     name = Path(comparison.track.name).name
+    conditions = "".join(f", {option} {value:g}" for option, value in comparison.options.items())
     lines = [
         f"# {name}: {len(comparison.entries)} drivers compared",
         f"{comparison.track.length:.1f} m, car {comparison.car.name}, {comparison.laps} laps from a standing start, "
-        f"seeds 1 to {comparison.seeds}, latency {comparison.latency}.",
+        f"seeds 1 to {comparison.seeds}, latency {comparison.latency}{conditions}.",
         LEGEND.replace("REFERENCE", str(found["reference"])),
         "\n".join([_cells(list(HEADINGS)), "|" + "---|" * len(HEADINGS), *map(_cells, table_rows(found))]),
         "\n".join(f"- {line}." for line in order_lines(found)),

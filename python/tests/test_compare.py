@@ -88,16 +88,17 @@ def test_a_second_call_races_nothing_again_and_a_changed_one_does(tmp_path, monk
 def test_the_key_of_a_race_tells_everything_that_it_depends_on():
     track, setup = firstlap.load_track("oval"), firstlap.load_setup("gap")
     keys = {
-        race_key(track, setup, CAR, 2, 1, "none"),
-        race_key(track.reversed(), setup, CAR, 2, 1, "none"),
-        race_key(track, setup.with_values({"v_max": 3.0}), CAR, 2, 1, "none"),
-        race_key(track, firstlap.load_setup("pid"), CAR, 2, 1, "none"),
-        race_key(track, setup, firstlap.load_car("gym"), 2, 1, "none"),
-        race_key(track, setup, CAR, 3, 1, "none"),
-        race_key(track, setup, CAR, 2, 2, "none"),
-        race_key(track, setup, CAR, 2, 1, "measured"),
+        race_key(track, setup, CAR, 2, 1, "none", {}),
+        race_key(track.reversed(), setup, CAR, 2, 1, "none", {}),
+        race_key(track, setup.with_values({"v_max": 3.0}), CAR, 2, 1, "none", {}),
+        race_key(track, firstlap.load_setup("pid"), CAR, 2, 1, "none", {}),
+        race_key(track, setup, firstlap.load_car("gym"), 2, 1, "none", {}),
+        race_key(track, setup, CAR, 3, 1, "none", {}),
+        race_key(track, setup, CAR, 2, 2, "none", {}),
+        race_key(track, setup, CAR, 2, 1, "measured", {}),
+        race_key(track, setup, CAR, 2, 1, "none", {"mu_scale": 0.9}),
     }
-    assert len(keys) == 8
+    assert len(keys) == 9
 
 
 def test_a_stored_race_is_the_race(tmp_path):
@@ -287,6 +288,12 @@ def test_drivers_in_python_race_in_processes_with_what_they_prepared(tmp_path, m
 def register_here() -> None:
     """Run in each process before its first race."""
     DRIVERS.register(driver_kind())
+
+
+def test_conditions_hold_for_every_driver(cli):
+    said = cli(*QUICK, "--drivers", "pid", "--option", "mu_scale=0.9", "--seeds", 1, "--report", "a.md", "--json")
+    assert said.json["options"] == {"mu_scale": 0.9}
+    assert "--option mu_scale=0.9" in Path("a.md").read_text()
 
 
 def test_json_is_one_object_and_nothing_else(cli):

@@ -13,7 +13,19 @@ from rich.table import Table
 
 from firstlap import __version__
 from firstlap.car_file import load_car
-from firstlap.cli.common import CarOption, JsonOption, TrackArgument, console, fail, note, print_json, progress_bar
+from firstlap.cli.common import (
+    CarOption,
+    ConditionOption,
+    JsonOption,
+    TrackArgument,
+    chosen_options,
+    console,
+    described_options,
+    fail,
+    note,
+    print_json,
+    progress_bar,
+)
 from firstlap.output import check_writable
 from firstlap.race import latency_options
 from firstlap.tracks.library import load_track
@@ -35,6 +47,7 @@ def compare(
             "--latency", metavar="measured|fixed:MS|none", help="How a driver's compute time delays its commands."
         ),
     ] = "measured",
+    conditions: ConditionOption = None,
     jobs: Annotated[int | None, typer.Option("--jobs", min=1, max=1024, help="Races at a time; all cores.")] = None,
     plot: Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Lines, laps, speeds.")] = None,
     report: Annotated[
@@ -50,6 +63,7 @@ def compare(
     from firstlap.compare_record import Store, default_folder
 
     latency_options(latency)
+    options = chosen_options(conditions)
     _check_files(plot, report)
     loaded_car = load_car(car)
     entries = parse_entries(drivers, loaded_car)
@@ -62,6 +76,7 @@ def compare(
         seeds=seeds,
         latency=latency,
         store=Store(store or default_folder()),
+        options=options,
         jobs=jobs,
     )
     interrupted = _watched(comparison)
@@ -138,6 +153,8 @@ def _command(given: dict[str, Any]) -> str:
     for name in ("laps", "seeds", "car", "latency", "plot", "report"):
         if given[name] is not None:
             words += [f"--{name}", str(given[name])]
+    for assignment in given["conditions"] or ():
+        words += ["--option", assignment]
     if given["reverse"]:
         words.append("--reverse")
     return shlex.join(words)
@@ -149,7 +166,7 @@ def _print(found: dict[str, Any], notes: list[str], plot: Path | None, report: P
     for remark in notes:
         note(remark)
     title = f"{found['track']}, {found['track_length']:.1f} m, {found['laps']} laps, {found['seeds']} seeds, latency "
-    table = Table(title=escape(title + found["latency"]))
+    table = Table(title=escape(title + found["latency"] + described_options(found["options"])))
     for heading in HEADINGS:
         table.add_column(heading, justify="left" if heading == HEADINGS[0] else "right", no_wrap=True)
     for row, cells in zip(found["entries"], table_rows(found), strict=True):
