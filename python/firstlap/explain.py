@@ -15,9 +15,8 @@ from firstlap.car_file import Car
 from firstlap.drivers.registry import driver_kind
 from firstlap.errors import InputError
 from firstlap.race import start_race
-from firstlap.racer import Racer
 from firstlap.recordings.recording import Recording
-from firstlap.replay import batches, prepared
+from firstlap.replay import batches, driver_for, prepared
 from firstlap.setup_file import Setup
 from firstlap.tracks.track import Track
 
@@ -99,31 +98,16 @@ def explain_recording(recording: Recording, setup: Setup, car: Car, index: int, 
         raise InputError(f"{recording.source}: has scans 0 to {count - 1}, asked for {index}")
     index %= count
     setup, _, remarks = prepared(recording, setup, mask_body)
-    racer = Racer(setup, car)
-    before = recording.first(index)
-    if before is not None:
-        for _ in batches(before, racer):
-            pass
-    angle_min, angle_increment, time_increment, range_min, range_max = recording.headers[index]
+    handle = driver_for(setup, car)
+    for _ in batches(recording.first(index + 1), handle.core):
+        pass
     speed, yaw_rate, steering_angle = recording.states[index].tolist()
-    racer.step(
-        recording.ranges[index],
-        speed=speed,
-        yaw_rate=yaw_rate,
-        steering_angle=steering_angle,
-        dt=float(recording.dts[index]),
-        angle_min=float(angle_min),
-        angle_increment=float(angle_increment),
-        time_increment=float(time_increment),
-        range_min=float(range_min),
-        range_max=float(range_max),
-    )
     return Moment(
         title=f"{recording.name}, scan {index}",
         subtitle=f"{recording.stamps[index]:.2f} s, {setup.title}, car {car.name}, "
         f"{len(recording.ranges[index])} beams, speed from {recording.sources['speed']}",
         driver=setup.driver,
-        trace=racer.trace,
+        trace=handle.trace,
         params=setup.params(car.core).values(),
         car=car.core.values()["geometry"],
         speed=speed,

@@ -69,6 +69,34 @@ def test_a_car_whose_period_is_no_whole_number_of_nanoseconds_replays_too(tmp_pa
     assert np.array_equal(driven.steering_angle, result.path["command_steering_angle"])
 
 
+@pytest.mark.parametrize("driver", ["gap", "disparity", "pid"])
+def test_races_of_every_driver_replay_to_the_same(tmp_path, driver):
+    path = tmp_path / "a.mcap"
+    result = firstlap.race(firstlap.load_track("oval"), driver=driver, laps=1, record=path)
+    recording = load_recording(path)
+    assert recording.about is not None
+    driven = replay(recording, recording.about.setup, recording.about.car).driven
+    assert np.array_equal(driven.steering_angle, result.path["command_steering_angle"])
+
+
+def test_a_race_whose_driver_skips_scans_replays_to_the_same(tmp_path):
+    path = tmp_path / "a.mcap"
+    result = firstlap.race(firstlap.load_track("oval"), "base", laps=1, latency="fixed:60", record=path)
+    recording = load_recording(path)
+    assert result.skipped_scans > 100
+    assert recording.dts.max() > 0.049
+    assert len(recording) + result.skipped_scans == pytest.approx(len(result.path["time"]), abs=1)
+    assert recording.about is not None
+    assert recording.commands is not None
+    assert recording.poses is not None
+    driven = replay(recording, recording.about.setup, recording.about.car).driven
+    assert np.array_equal(driven.steering_angle.astype(np.float32), recording.commands.steering_angle)
+    assert np.array_equal(driven.speed.astype(np.float32), recording.commands.speed)
+    # Every scan's pose is the one that was true when it was taken.
+    numbers = np.round((recording.start + recording.stamps) / 0.025).astype(int) - 1
+    assert np.allclose(recording.poses[:, 0], result.path["x"][numbers], atol=1e-12)
+
+
 def test_the_log_of_a_replay_replays_to_the_same(tmp_path):
     recording = load_recording(bags.write_rosbag2(tmp_path / "a", bags.entries(80))).between(0.3, None)
     first = replay(recording, firstlap.load_setup("race"), firstlap.load_car("nuc2"), record=tmp_path / "a.mcap")

@@ -16,6 +16,7 @@ from firstlap.cli.recording import (
     ImuTopic,
     KeepBody,
     OdomTopic,
+    PoseTopic,
     ScanTopic,
     SetupOfRecording,
     SpeedOption,
@@ -46,6 +47,7 @@ def explain(
     odom_topic: OdomTopic = None,
     imu_topic: ImuTopic = None,
     drive_topic: DriveTopic = None,
+    pose_topic: PoseTopic = None,
     speed: SpeedOption = None,
     car: CarOfRecording = None,
     keep_body: KeepBody = False,
@@ -59,8 +61,6 @@ def explain(
     if what is None or (at is not None and scan is not None):
         raise InputError("expected TRACK with --at METRES, or RECORDING with --scan K")
     check_writable(plot, PICTURES)
-    if scan is not None and driver not in (None, "local"):
-        raise InputError(f"--driver {driver}: a recording is looked at with the driver local")
     if scan is None:
         moment = explain_race(
             load_track(what),
@@ -71,9 +71,9 @@ def explain(
             reverse=reverse,
         )
     else:
-        topics = Topics(scan=scan_topic, odom=odom_topic, imu=imu_topic, drive=drive_topic, speed=speed)
+        topics = Topics(scan_topic, odom_topic, imu_topic, drive_topic, pose_topic, speed)
         recording = read(Path(what), topics)
-        chosen, loaded_car, remarks = setup_and_car(recording, setup, changes, car)
+        chosen, loaded_car, remarks = setup_and_car(recording, driver, setup, changes, car)
         moment = explain_recording(recording, chosen, loaded_car, scan, mask_body=not keep_body)
         for remark in remarks:
             note(remark)

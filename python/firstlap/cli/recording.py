@@ -12,7 +12,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 from firstlap.car_file import Car, load_car
 from firstlap.cli.common import progress_bar
 from firstlap.recordings import Recording, Topics, load_recording
-from firstlap.setup_file import Setup, load_setup
+from firstlap.setup_file import Setup, choose_setup
 
 ScanTopic = Annotated[str | None, typer.Option("--scan-topic", metavar="TOPIC", help="LaserScan, where there are two.")]
 OdomTopic = Annotated[str | None, typer.Option("--odom-topic", metavar="TOPIC", help="Odometry, or none.")]
@@ -54,18 +54,17 @@ def scans_bar() -> Any:
 
 
 def setup_and_car(
-    recording: Recording, setup: str | None, changes: list[str] | None, car: str | None
+    recording: Recording, driver: str | None, setup: str | None, changes: list[str] | None, car: str | None
 ) -> tuple[Setup, Car, list[str]]:
     """Those asked for, else those of the log, else sure and default; with a remark where they are the log's."""
     about, remarks = recording.about, []
-    logged = about.setup if about is not None and about.setup.driver == "local" else None
-    if setup is None and logged is not None:
-        remarks.append(f"setup {logged.name} as the log has it")
-    elif setup is None and about is not None:
-        remarks.append(f"driven by {about.setup.driver}; what local with setup sure would have done")
+    if about is not None and setup is None and driver is None:
+        chosen = about.setup
+        remarks.append(f"{chosen.title} as the log has it")
+    else:
+        chosen = choose_setup(driver, setup)
     if about is not None and car is None:
         remarks.append(f"car {about.car.name} as the log has it")
-    chosen = logged if setup is None and logged is not None else load_setup(setup or "sure", "local")
     if changes:
         chosen = chosen.with_assignments(changes)
     loaded = load_car(car) if car is not None else about.car if about is not None else load_car("default")
