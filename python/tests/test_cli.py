@@ -115,11 +115,14 @@ def test_survey_prints_a_table(cli):
 
 @pytest.mark.skipif(os.name == "nt", reason="signals")
 def test_interrupted_survey_prints_what_is_finished():
-    command = [sys.executable, "-c", "from firstlap.cli import main; main()", "survey", "arena", "--setup", "base"]
+    script = "from firstlap.cli import main; print('ready', flush=True); main()"
+    command = [sys.executable, "-c", script, "survey", "oval", "--setup", "base"]
     process = subprocess.Popen(
         [*command, "--seeds", "2000", "--laps", "5"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )
-    time.sleep(4.0)
+    assert process.stdout is not None
+    process.stdout.readline()
+    time.sleep(2.0)
     process.send_signal(signal.SIGINT)
     out, err = process.communicate(timeout=30)
     assert process.returncode == 130, err

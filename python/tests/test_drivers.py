@@ -114,7 +114,7 @@ def test_explain_draws_a_step_of_every_opponent(cli, name):
 @pytest.mark.parametrize("name", OPPONENTS)
 def test_explain_draws_a_step_without_data(cli, name):
     np.savez("lost.npz", ranges=np.full((3, 1081), np.inf), angle_min=-2.3, angle_increment=0.004)
-    assert cli("explain", "--driver", name, "--scan", "lost.npz", "--index", 1).code == 0
+    assert cli("explain", "lost.npz", "--driver", name, "--scan", 1).code == 0
 
 
 def test_a_setup_alone_chooses_its_driver(cli):

@@ -253,6 +253,33 @@ def test_a_picture_without_a_track_is_refused(tmp_path: Path, image: Image.Image
         load_ros_map(write(tmp_path, image))
 
 
+@pytest.mark.parametrize("share", [0.01, 0.03, 0.1, 0.5, 0.97])
+def test_a_large_picture_of_noise_is_refused_before_any_work(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, share: float
+) -> None:
+    monkeypatch.setattr("firstlap.tracks.ros_map.without_specks", None)
+    noise = np.random.default_rng(0).random((2000, 2000)) < share
+    path = write(tmp_path, Image.fromarray(np.where(noise, 0, 254).astype(np.uint8)))
+    with pytest.raises(InputError, match=r"separate pieces .* not noise"):
+        load_ros_map(path)
+
+
+def test_an_ugly_map_with_a_thousand_specks_is_still_read(tmp_path: Path) -> None:
+    pixels = np.asarray(drawn(paper=205, infield=205, wall=0, pen=2)).copy()
+    specks = np.random.default_rng(2).random(pixels.shape) < 0.03
+    pixels[specks & (pixels == 205)] = 0
+    pixels[np.roll(specks, 50, axis=1) & (pixels == 205)] = 254
+    is_the_oval(load_ros_map(write(tmp_path, Image.fromarray(pixels))))
+
+
+def test_a_loop_is_the_same_looked_for_finely_or_coarsely(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = write(tmp_path, drawn())
+    fine = load_ros_map(path)
+    monkeypatch.setattr("firstlap.tracks.map_region.COMFORTABLE_CELLS", 5_000)
+    coarse = load_ros_map(path)
+    np.testing.assert_allclose(coarse.centerline, fine.centerline)
+
+
 def test_damaged_images_never_give_a_traceback(tmp_path: Path) -> None:
     path = write(tmp_path, drawn(paper=205, infield=205, wall=0))
     whole = (tmp_path / "map.png").read_bytes()

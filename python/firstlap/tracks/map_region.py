@@ -49,13 +49,13 @@ class Loop:
 def refuse_noise(free: Mask, where: str) -> None:
     """Raises InputError where walls or free space lie in more pieces than any room has: noise, a photograph."""
     for mask, neighbours, limit, what in (
-        (~free, EIGHT, MAX_WALL_PIECES, "walls"),
+        (~free, EIGHT, MAX_WALL_PIECES, "wall"),
         (free, None, MAX_FREE_PIECES, "free space"),
     ):
         _, pieces = ndimage.label(mask, structure=neighbours)
         if pieces > limit:
             raise InputError(
-                f"{where}: its {what} lie in {pieces} separate pieces (at most {limit}); expected a map of a track, "
+                f"{where}: {pieces} separate pieces of {what} (at most {limit}); expected a map of a track, "
                 "not noise (check the image, negate and the thresholds)"
             )
 

@@ -1,0 +1,81 @@
+"""Races under other conditions: another car, and --option NAME=VALUE of the table RaceOptions."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+QUICK = ("--setup", "base", "--laps", 1, "--json")
+
+
+def test_an_option_changes_the_race_and_is_told(cli):
+    plain = cli("race", "oval", *QUICK).json
+    slippery = cli("race", "oval", *QUICK, "--option", "mu_scale=0.5", "--option", "race.delay_extra=0.02").json
+    assert plain["options"] == {}
+    assert slippery["options"] == {"mu_scale": 0.5, "delay_extra": 0.02}
+    assert slippery["laps"] != plain["laps"]
+
+
+def test_a_survey_drives_under_the_conditions_and_says_so(cli):
+    arguments = ("survey", "oval", "--setup", "base", "--laps", 1, "--seeds", 1, "--option", "start_offset=0.3")
+    found = cli(*arguments, "--car", "nuc2", "--json").json
+    assert (found["options"], found["car"]) == ({"start_offset": 0.3}, "nuc2")
+    raced = cli("race", "oval", *QUICK, "--option", "start_offset=0.3", "--car", "nuc2").json
+    assert found["tracks"][0]["best"] == raced["best"]
+    said = " ".join(cli(*arguments, "--car", "nuc2").out.split())
+    assert "car nuc2" in said
+    assert "start_offset 0.3" in said
+
+
+def test_titles_of_plain_races_say_nothing_of_conditions(cli):
+    assert "car default" not in cli("survey", "oval", "--setup", "base", "--laps", 1, "--seeds", 1).out
+
+
+@pytest.mark.parametrize(
+    ("assignment", "says"),
+    [
+        ("mu_scal=1", "nearest known: race.mu_scale"),
+        ("mu_scale", "--option mu_scale=0.85"),
+        ("mu_scale=9", "0.05 to 3"),
+        ("mu_scale=nan", "not a number"),
+        ("laps=3", "use --laps"),
+        ("record_path=0", "keeps its path"),
+    ],
+)
+@pytest.mark.parametrize("command", ["race", "survey"])
+def test_a_wrong_option_is_one_line_that_helps(cli, command, assignment, says):
+    said = cli(command, "oval", "--option", assignment)
+    assert (said.code, said.out) == (2, "")
+    assert re.fullmatch(r"error: .+\n", said.err)
+    assert says in said.err
+
+
+def test_the_results_page_shows_conditions_apart(cli, tmp_path, capsys):
+    files = []
+    for name, more in (("plain", ()), ("slippery", ("--option", "mu_scale=0.9"))):
+        found = cli("survey", "oval", "--setup", "base", "--laps", 1, "--seeds", 1, "--json", *more)
+        files.append(tmp_path / f"{name}.json")
+        files[-1].write_text(json.dumps(found.json))
+    spec = importlib.util.spec_from_file_location("results", ROOT / "scripts" / "results.py")
+    assert spec is not None and spec.loader is not None
+    results = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(results)
+    results.main([str(file) for file in files])
+    page = capsys.readouterr().out
+    assert page.count("\n## `base`") == 1
+    conditions = page.split("## Under other conditions")[1]
+    assert "`base`, mu_scale 0.9: 1 of 1 runs finished (1 laps, 1 seed)" in conditions
+    assert re.search(r"\| oval \| 1 of 1, \d\.\d\d m \|", conditions)
+
+
+def test_bench_takes_any_track(cli, tmp_path):
+    text = (ROOT / "tracks" / "oval.yaml").read_text().replace("name: oval", "name: mine")
+    (tmp_path / "mine.yaml").write_text(text)
+    found = cli("bench", tmp_path / "mine.yaml", "--json").json
+    assert found["track"] == "mine"
+    assert found["scan_us"]["p50"] > 0.0

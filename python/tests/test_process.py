@@ -1,0 +1,146 @@
+"""The command as a process of its own: Ctrl-C at any moment, readers that go away, terminals that know ASCII only."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+pytestmark = pytest.mark.skipif(not Path("/proc/self/maps").exists(), reason="reads /proc of the processes it starts")
+
+
+def start(folder: Path, *arguments: str, first: str = "") -> subprocess.Popen[str]:
+    """The command as its script runs it, after the line `first`."""
+    script = f"{first}\nfrom firstlap_command import main; main()"
+    return subprocess.Popen(
+        [sys.executable, "-c", script, *arguments],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        cwd=folder,
+    )
+
+
+def wait_for_library(process: subprocess.Popen[str], name: str) -> None:
+    """Until the process has loaded a shared library called so."""
+    deadline = time.monotonic() + 20.0
+    while name not in Path(f"/proc/{process.pid}/maps").read_text():
+        assert process.poll() is None, "ended too early"
+        assert time.monotonic() < deadline
+        time.sleep(0.002)
+
+
+def interrupted(process: subprocess.Popen[str]) -> str:
+    """Sends Ctrl-C; returns standard output after looking at the rest."""
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=20)
+    assert process.returncode == 130, err
+    assert err.startswith("error: interrupted")
+    assert err.count("\n") == 1
+    return out
+
+
+@pytest.mark.parametrize("library", ["_multiarray_umath", "libgeos"])
+def test_ctrl_c_during_the_imports_is_one_line(tmp_path: Path, library: str) -> None:
+    process = start(tmp_path, "race", "oval")
+    wait_for_library(process, library)
+    interrupted(process)
+
+
+def test_ctrl_c_that_a_nohup_ignores_stays_ignored(tmp_path: Path) -> None:
+    process = start(tmp_path, "check", "base", first="import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)")
+    wait_for_library(process, "_multiarray_umath")
+    process.send_signal(signal.SIGINT)
+    process.communicate(timeout=20)
+    assert process.returncode == 0
+
+
+FORKS = """
+import json, os, signal, sys, time
+from firstlap.cli import main
+codes = []
+for target, unbuffered, arguments in json.loads(sys.argv[1]):
+    child = os.fork()
+    if child == 0:
+        reader, writer = os.pipe()
+        os.close(reader)
+        os.dup2(writer if target == "gone" else os.open(target, os.O_WRONLY), 1)
+        sys.stdout.reconfigure(write_through=unbuffered)
+        sys.argv = ["firstlap", *arguments]
+        main()
+    if target == "/dev/null":
+        time.sleep(0.3)
+        os.kill(child, signal.SIGINT)
+    codes.append(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
+print(json.dumps(codes))
+"""
+"""Runs commands, each a process, after importing everything once. Standard output goes to a file, or to a reader that
+has gone; what writes to /dev/null is interrupted after a moment."""
+
+
+def forked(folder: Path, *commands: tuple[str, bool, tuple[str, ...]]) -> tuple[list[int], str]:
+    """Exit codes of (target, unbuffered, arguments), and what all of them said on standard error."""
+    done = subprocess.run(
+        [sys.executable, "-c", FORKS, json.dumps(commands)], capture_output=True, text=True, check=True, cwd=folder
+    )
+    return json.loads(done.stdout), done.stderr
+
+
+def test_ctrl_c_while_it_works_is_one_line_and_leaves_no_file(tmp_path: Path) -> None:
+    commands = (
+        ("race", "oval", "--laps", "100000"),
+        ("survey", "all", "--seeds", "1000", "--laps", "100"),
+        ("explain", "oval", "--at", "2900"),
+        ("bench", "arena"),
+    )
+    codes, said = forked(tmp_path, *(("/dev/null", False, command) for command in commands))
+    assert codes == [130] * len(commands), said
+    assert re.fullmatch(r"(error: interrupted.*\n){4}", said)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_reader_that_has_gone_ends_every_command_quietly_with_141(tmp_path: Path) -> None:
+    commands = (
+        ("check", "base", "--json"),
+        ("race", "oval", "--laps", "1"),
+        ("survey", "oval", "--laps", "1", "--seeds", "1", "--json"),
+        ("--help",),
+    )
+    both = [("gone", unbuffered, command) for command in commands for unbuffered in (False, True)]
+    assert forked(tmp_path, *both) == ([141] * len(both), "")
+
+
+def test_a_full_disk_is_one_line(tmp_path: Path) -> None:
+    codes, said = forked(tmp_path, *(("/dev/full", unbuffered, ("check", "base")) for unbuffered in (False, True)))
+    assert codes == [2, 2]
+    assert said == 2 * "error: output: No space left on device\n"
+
+
+def test_a_terminal_that_knows_ascii_only_gets_readable_text(tmp_path: Path) -> None:
+    commands = [
+        ["race", "oval", "--laps", "1"],
+        ["survey", "oval", "--laps", "1", "--seeds", "1"],
+        ["check", "race"],
+        ["tracks"],
+        ["explain", "oval", "--plot", str(tmp_path / "a.png")],
+        ["--help"],
+        ["race", "k\u00fcche.yaml"],
+    ]
+    script = "import json, sys, firstlap.cli.process as p, firstlap.cli as c; p.watch_process()\n"
+    script += "print([c.run(arguments) for arguments in json.loads(sys.argv[1])])"
+    environment = {**os.environ, "LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0", "PYTHONIOENCODING": ""}
+    done = subprocess.run(
+        [sys.executable, "-c", script, json.dumps(commands)], capture_output=True, env=environment, check=False
+    )
+    out, err = done.stdout.decode("ascii"), done.stderr.decode("ascii")
+    assert "[0, 0, 0, 0, 0, 0, 2]" in out, err
+    assert " us (p50)" in out
+    assert "| lap | time s |" in out
+    assert "kuche.yaml" in err

@@ -1,0 +1,83 @@
+"""Files from outside: folders, devices, and recordings that no LiDAR gives."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+GOOD = {
+    "ranges": np.full((3, 50), 2.0),
+    "angle_min": -2.0,
+    "angle_increment": 0.08,
+    "stamps": np.array([0.0, 0.025, 0.05]),
+}
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("race", "folder"),
+        ("race", "oval", "--setup", "folder"),
+        ("race", "oval", "--car", "folder"),
+        ("survey", "folder"),
+        ("check", "folder"),
+        ("explain", "--scan", "folder"),
+        ("explain", "oval", "--plot", "folder.png"),
+        ("race", "map.yaml"),
+    ],
+    ids=" ".join,
+)
+def test_a_folder_in_the_place_of_a_file_is_called_one(cli, arguments):
+    for name in ("folder", "folder.png"):
+        Path(name).mkdir()
+    Path("map.yaml").write_text("image: folder\nresolution: 0.05\norigin: [0, 0, 0]\n")
+    said = cli(*arguments)
+    assert (said.code, said.out) == (2, "")
+    assert re.fullmatch(r"error: \S+: is a folder; .+\n|error: folder\.png: is a folder.+\n", said.err)
+
+
+def test_a_device_is_not_read(cli):
+    said = cli("race", "/dev/zero")
+    assert (said.code, said.out) == (2, "")
+    assert "is a device or a pipe" in said.err
+
+
+@pytest.mark.parametrize(
+    ("changes", "says"),
+    [
+        ({"angle_min": np.nan}, "'angle_min' is not a finite number"),
+        ({"angle_increment": np.inf}, "'angle_increment' is not a finite number"),
+        ({"angle_increment": 0.0}, "'angle_increment' is 0"),
+        ({"range_max": -1.0}, "'range_max' is -1"),
+        ({"stamps": np.array([0.0, 0.05, 0.025])}, "'stamps' goes back at scan 2"),
+        ({"stamps": np.array([0.0, 0.025, 0.025])}, "'stamps' stands still at scan 2"),
+        ({"stamps": np.array([0.0, np.nan, 1.0])}, r"'stamps'\[1\] is not a finite number"),
+        ({"speed": np.array([1.0, np.inf, 1.0])}, r"'speed'\[1\] is not a finite number"),
+        ({"ranges": np.zeros((0, 50)), "stamps": np.zeros(0)}, "is empty"),
+        ({"ranges": np.zeros((3, 0))}, "is empty"),
+    ],
+)
+def test_a_recording_that_cannot_be_is_refused_in_one_line(cli, changes, says):
+    np.savez("scans.npz", **{**GOOD, **changes})
+    said = cli("explain", "--scan", "scans.npz", "--setup", "base")
+    assert (said.code, said.out) == (2, "")
+    assert re.fullmatch(rf"error: scans\.npz: {says}.*\n", said.err)
+    assert not Path("explain.png").exists()
+
+
+@pytest.mark.parametrize("speed", ["nan", "inf", "-inf", "1e6"])
+def test_a_speed_that_cannot_be_is_refused(cli, speed):
+    np.savez("scans.npz", **GOOD)
+    said = cli("explain", "--scan", "scans.npz", f"--speed={speed}")
+    assert (said.code, said.out) == (2, "")
+    assert "--speed" in said.err
+
+
+def test_a_good_recording_with_lost_beams_is_explained(cli):
+    ranges = GOOD["ranges"].copy()
+    ranges[:, ::7] = np.nan
+    np.savez("scans.npz", **{**GOOD, "ranges": ranges})
+    assert cli("explain", "--scan", "scans.npz", "--setup", "base").code == 0
