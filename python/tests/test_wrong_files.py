@@ -36,7 +36,7 @@ def test_a_folder_in_the_place_of_a_file_is_called_one(cli, arguments):
     Path("map.yaml").write_text("image: folder\nresolution: 0.05\norigin: [0, 0, 0]\n")
     said = cli(*arguments)
     assert (said.code, said.out) == (2, "")
-    assert re.fullmatch(r"error: \S+: is a folder; .+\n|error: folder\.png: is a folder.+\n", said.err)
+    assert re.fullmatch(r"error: \S+: (is )?a folder.+\n", said.err)
 
 
 def test_a_device_is_not_read(cli):
@@ -48,16 +48,12 @@ def test_a_device_is_not_read(cli):
 @pytest.mark.parametrize(
     ("changes", "says"),
     [
-        ({"angle_min": np.nan}, "'angle_min' is not a finite number"),
-        ({"angle_increment": np.inf}, "'angle_increment' is not a finite number"),
+        ({"angle_min": np.nan}, "'angle_min' is not one finite number"),
+        ({"angle_increment": np.inf}, "'angle_increment' is not one finite number"),
         ({"angle_increment": 0.0}, "'angle_increment' is 0"),
         ({"range_max": -1.0}, "'range_max' is -1"),
-        ({"stamps": np.array([0.0, 0.05, 0.025])}, "'stamps' goes back at scan 2"),
-        ({"stamps": np.array([0.0, 0.025, 0.025])}, "'stamps' stands still at scan 2"),
-        ({"stamps": np.array([0.0, np.nan, 1.0])}, r"'stamps'\[1\] is not a finite number"),
-        ({"speed": np.array([1.0, np.inf, 1.0])}, r"'speed'\[1\] is not a finite number"),
-        ({"ranges": np.zeros((0, 50)), "stamps": np.zeros(0)}, "is empty"),
-        ({"ranges": np.zeros((3, 0))}, "is empty"),
+        ({"ranges": np.zeros((0, 50)), "stamps": np.zeros(0)}, "'ranges' is"),
+        ({"ranges": np.zeros((3, 0))}, "'ranges' is"),
     ],
 )
 def test_a_recording_that_cannot_be_is_refused_in_one_line(cli, changes, says):
@@ -66,6 +62,21 @@ def test_a_recording_that_cannot_be_is_refused_in_one_line(cli, changes, says):
     assert (said.code, said.out) == (2, "")
     assert re.fullmatch(rf"error: scans\.npz: {says}.*\n", said.err)
     assert not Path("explain.png").exists()
+
+
+@pytest.mark.parametrize(
+    ("changes", "says"),
+    [
+        ({"stamps": np.array([0.0, 0.05, 0.025])}, "1 jump back"),
+        ({"stamps": np.array([0.0, 0.025, 0.025])}, "1 stand still"),
+        ({"stamps": np.array([0.0, np.nan, 1.0])}, "1 of 3 stamps are not finite"),
+    ],
+)
+def test_wrong_stamps_are_mended_and_said(cli, changes, says):
+    np.savez("scans.npz", **{**GOOD, **changes})
+    said = cli("explain", "--scan", "scans.npz", "--setup", "base")
+    assert said.code == 0
+    assert says in said.err
 
 
 @pytest.mark.parametrize("speed", ["nan", "inf", "-inf", "1e6"])

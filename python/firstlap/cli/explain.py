@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Annotated
 
@@ -36,8 +37,10 @@ def explain(
     ] = None,
     at: Annotated[float | None, typer.Option("--at", metavar="METRES", help="Way from the track's start line.")] = None,
     scan: Annotated[
-        int | None, typer.Option("--scan", metavar="K", help="Which scan of the recording; -1 is the last.")
+        str | None,
+        typer.Option("--scan", metavar="K|FILE", help="Which scan of RECORDING (-1 is the last); or the recording."),
     ] = None,
+    index: Annotated[int, typer.Option("--index", metavar="K", help="Which scan of --scan FILE.")] = 0,
     driver: DriverOption = None,
     setup: SetupOfRecording = None,
     changes: SetOption = None,
@@ -58,12 +61,11 @@ def explain(
     from firstlap.explain_plot import plot_moment
     from firstlap.plot import PICTURES
 
-    if what is None or (at is not None and scan is not None):
-        raise InputError("expected TRACK with --at METRES, or RECORDING with --scan K")
+    recording_file, index = _recording(what, at, scan, index)
     check_writable(plot, PICTURES)
-    if scan is None:
+    if recording_file is None:
         moment = explain_race(
-            load_track(what),
+            load_track(str(what)),
             chosen_setup(setup, changes, driver),
             load_car(car or "default"),
             at or 0.0,
@@ -72,14 +74,24 @@ def explain(
         )
     else:
         topics = Topics(scan_topic, odom_topic, imu_topic, drive_topic, pose_topic, speed)
-        recording = read(Path(what), topics)
+        recording = read(recording_file, topics)
         chosen, loaded_car, remarks = setup_and_car(recording, driver, setup, changes, car)
-        moment = explain_recording(recording, chosen, loaded_car, scan, mask_body=not keep_body)
+        moment = explain_recording(recording, chosen, loaded_car, index, mask_body=not keep_body)
         for remark in remarks:
             note(remark)
     plot_moment(moment, plot)
     _print(moment, plot)
     return 0
+
+
+def _recording(what: str | None, at: float | None, scan: str | None, index: int) -> tuple[Path | None, int]:
+    """Which recording, if any, and which of its scans: `RECORDING --scan K` or `--scan FILE --index K`."""
+    number = re.fullmatch(r"[+-]?[0-9]{1,9}", scan or "")
+    if (at is not None and scan is not None) or (what is None) == (scan is None or number is not None):
+        raise InputError("expected TRACK with --at METRES, RECORDING with --scan K, or --scan FILE with --index K")
+    if scan is None:
+        return None, index
+    return (Path(str(what)), int(scan)) if number else (Path(scan), index)
 
 
 def _print(moment: Moment, plot: Path) -> None:

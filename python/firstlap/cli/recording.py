@@ -11,6 +11,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
 from firstlap.car_file import Car, load_car
 from firstlap.cli.common import progress_bar
+from firstlap.errors import InputError
 from firstlap.recordings import Recording, Topics, load_recording
 from firstlap.setup_file import Setup, choose_setup
 
@@ -34,9 +35,14 @@ CarOfRecording = Annotated[
 ]
 KeepBody = Annotated[bool, typer.Option("--keep-body", help="Do not mask returns of the car itself that are found.")]
 
+FASTEST = 50.0
+"""[m/s] that any car of this size may have gone."""
+
 
 def read(path: Path, topics: Topics) -> Recording:
     """The recording, with a bar while it is read. Raises InputError."""
+    if topics.speed is not None and not abs(topics.speed) <= FASTEST:
+        raise InputError(f"--speed {topics.speed:g}: allowed is -{FASTEST:g} to {FASTEST:g} m/s")
     with progress_bar(TextColumn("{task.description}"), BarColumn(), TextColumn("{task.completed} messages")) as bar:
         task = bar.add_task("reading", total=None)
         return load_recording(path, topics, lambda count: bar.update(task, completed=count))

@@ -36,6 +36,7 @@ def load_npz(path: Path, wanted: Topics) -> Recording:
     ranges = _ranges(arrays, path)
     count = len(ranges)
     header = [_single(arrays, key, default, path) for key, default in HEADER.items()]
+    _check_header(dict(zip(HEADER, header, strict=True)), path)
     stamps, remarks = _stamps(_per_scan(arrays, "stamps", count, path), count)
     logged = _per_scan(arrays, "bag_stamps", count, path)
     origin = float(stamps[0])
@@ -95,6 +96,14 @@ def _single(arrays: Mapping[str, npt.NDArray[Any]], key: str, default: float | N
     return float(value.reshape(-1)[0])
 
 
+def _check_header(header: Mapping[str, float], path: Path) -> None:
+    if header["angle_increment"] == 0.0:
+        raise InputError(f"{path}: 'angle_increment' is 0; expected radians from one beam to the next")
+    if header["range_max"] <= max(header["range_min"], 0.0):
+        shortest = max(header["range_min"], 0.0)
+        raise InputError(f"{path}: 'range_max' is {header['range_max']:g}; expected metres above {shortest:g}")
+
+
 def _per_scan(arrays: Mapping[str, npt.NDArray[Any]], key: str, count: int, path: Path) -> Floats | None:
     value = arrays.get(key)
     if value is None:
@@ -107,8 +116,9 @@ def _per_scan(arrays: Mapping[str, npt.NDArray[Any]], key: str, count: int, path
 def _stamps(stamps: Floats | None, count: int) -> tuple[Floats, list[str]]:
     if stamps is not None and np.all(np.isfinite(stamps)):
         return stamps, []
+    what = "no stamps" if stamps is None else f"{int(np.sum(~np.isfinite(stamps)))} of {count} stamps are not finite"
     assumed = np.arange(count, dtype=np.float64) * (USUAL_PERIOD / 1e9)
-    return assumed, [f"no stamps: {USUAL_PERIOD / 1e6:g} ms between scans are assumed"]
+    return assumed, [f"{what}: {USUAL_PERIOD / 1e6:g} ms between scans are assumed"]
 
 
 def _whole(seconds: Floats) -> npt.NDArray[np.int64]:
