@@ -211,7 +211,7 @@ def test_an_interrupted_race_leaves_a_finished_log(tmp_path):
     with pytest.raises(KeyboardInterrupt):
         firstlap.race(firstlap.load_track("oval"), "base", laps=50, look=stop, record=tmp_path / "a.mcap")
     recording = load_recording(tmp_path / "a.mcap")
-    assert len(recording) == 200
+    assert len(recording) == 40
     assert recording.remarks == ()
 
 
@@ -265,3 +265,14 @@ def test_the_document_names_every_topic():
     for topic, kind in TOPICS.items():
         assert f"`{topic}`" in text
         assert f"`{kind.replace('/msg/', '/')}`" in text
+
+
+def test_a_race_waits_for_its_log_rather_than_lose_a_scan(tmp_path, monkeypatch):
+    monkeypatch.setattr("firstlap.recordings.write.WAITING", 30)
+    result = firstlap.race(firstlap.load_track("oval"), "base", laps=1, record=tmp_path / "a.mcap")
+    assert len(load_recording(tmp_path / "a.mcap")) == len(result.path["time"])
+
+
+def test_ackermann_is_the_type_that_ros_2_knows():
+    published = "RIHS01_48ca7612a08d3bb72744fd98b71b7cf2ea24c6ad50fa4e1aa0bbad963c90d8cf"
+    assert typestore().hash_rihs01(ros.DRIVE) == published

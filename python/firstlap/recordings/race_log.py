@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -15,8 +16,10 @@ from firstlap.recordings.about import About
 from firstlap.recordings.write import Batch, LogWriter
 from firstlap.setup_file import Setup
 
-SCANS_PER_BATCH = 200
-"""The interpreter's lock is needed between batches alone, and the writer may hold it for a moment."""
+FIRST_BATCH, MOST_SCANS = 40, 1000
+BATCH_TIME = 0.05
+"""[s] that a batch shall take: the interpreter's lock is needed between batches alone, where the writer may hold it for
+some milliseconds; a slow driver's race shall still be interruptible, and its log up to date."""
 HEADER = ("angle_min", "angle_increment", "time_increment", "range_min", "range_max")
 
 
@@ -38,11 +41,13 @@ def drive_and_log(
 
     driver: the one that the race was made with. look: as of `firstlap.race.race`.
     """
-    scans, known = 0, 0
+    scans, known, count = 0, 0, FIRST_BATCH
     with LogWriter(path, about) as writer:
         going = True
         while going:
-            going = running.advance(SCANS_PER_BATCH)
+            begin = time.perf_counter()
+            going = running.advance(count)
+            count = int(np.clip(count * BATCH_TIME / (time.perf_counter() - begin), 1, MOST_SCANS))
             columns = driver.take()
             if len(columns["dt"]):
                 # A driver that takes its time skips scans: dt tells how many.
