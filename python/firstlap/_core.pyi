@@ -338,20 +338,22 @@ def bench(track: Track, car: Car, params: Params, scans: int = 4000) -> dict:
     Microseconds of each step, each noise-free scan and each run of the reference over a recorded drive, and simulated seconds per second of a race.
     """
 
-def replay(racer: Racer, ranges: Annotated[NDArray[numpy.float32], dict(shape=(None,), order='C', device='cpu', writable=False)], sizes: Annotated[NDArray[numpy.int64], dict(shape=(None,), order='C', device='cpu', writable=False)], headers: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], states: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], dts: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> dict:
+def replay(driver: Driver, ranges: Annotated[NDArray[numpy.float32], dict(shape=(None,), order='C', device='cpu', writable=False)], sizes: Annotated[NDArray[numpy.int64], dict(shape=(None,), order='C', device='cpu', writable=False)], headers: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], states: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], dts: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> dict:
     """
     Steps through N scans that stand end to end in `ranges`. headers (N, 5): angle_min, angle_increment, time_increment, range_min, range_max; states (N, 3): speed, yaw_rate, steering_angle. Returns columns, see firstlap.step_log.
     """
 
-class RaceLog:
-    """Drives a race and keeps what every scan brought."""
+class LoggedDriver(Driver):
+    """A driver that keeps what it was given and what it made of it."""
 
-    def __init__(self, race: Race, racer: Racer | None) -> None:
+    def __init__(self, driver: Driver) -> None: ...
+
+    def take(self) -> dict:
         """
-        racer: the race's driver where it is one, for its intermediate results; else None.
+        Columns of the steps since the last call, as of `replay`, and ranges (N, beams), measured (N, 3), dt (N,).
         """
 
-    def advance(self, scans: int) -> dict:
-        """
-        Drives for so many scan periods at most; columns as of `replay`, and time, pose, measured, truth, ranges; and whether it is still going.
-        """
+def truth(race: Race, first: int) -> dict:
+    """
+    pose (N, 3) x, y, yaw and motion (N, 2) speed, yaw rate at each scan of a race from scan `first` on.
+    """

@@ -94,9 +94,9 @@ class Recording:
             )
         return self._part(slice(first_scan, last_scan))
 
-    def first(self, count: int) -> Recording | None:
-        """The first `count` scans, None for none."""
-        return self._part(slice(0, count)) if count else None
+    def first(self, count: int) -> Recording:
+        """The first `count` scans."""
+        return self._part(slice(0, count))
 
     def _part(self, part: slice) -> Recording:
         commands = self.commands
