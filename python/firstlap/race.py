@@ -54,8 +54,9 @@ class RaceResult:
     outcome: finished, contact, stuck, timeout, wrong_way, or running when it was interrupted.
     options: what was asked for of the field table `RaceOptions`, laps and seed aside.
     path: columns, one entry per scan, map frame and SI: time, x, y, yaw, speed, s, lateral_offset, ...
-    compute_times: (steps,) microseconds of each driver step, by the wall clock. skipped_scans: that came while the
-    driver was busy and were overtaken by the next. latency: what of the compute time delayed the commands.
+    compute_times: (steps,) microseconds of each driver step, by its thread's CPU clock.
+    skipped_scans: that came while the driver was busy and were overtaken by the next.
+    latency: what of the compute time delayed the commands.
     """
 
     track: Track

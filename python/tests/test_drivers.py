@@ -207,7 +207,9 @@ def test_a_slow_driver_in_python_feels_it_where_latency_is_measured(arena):
 
     class Slow(Cruise):
         def step(self, *arguments: Any) -> tuple[float, float, str]:
-            time.sleep(0.06)
+            begin = time.thread_time()
+            while time.thread_time() - begin < 0.06:
+                pass
             return super().step(*arguments)
 
     late = ride(Slow(), arena, measure_latency=True)

@@ -48,7 +48,23 @@ void FollowTheGap::widen() noexcept {
   trace_.beam_step = sweep_.angle_step();
   trace_.free.fill(directions, params_.scan.range_use);
   const double radius = shadow_radius(0.5 * params_.car.width + params_.gap.body_margin, sweep_.ranges());
-  for (std::size_t i = 0; i < sweep_.size(); ++i) cast_shadow(i, radius);
+  // Of beams closer together than the directions the nearest is enough. Groups lie evenly about the middle.
+  const int beams = static_cast<int>(sweep_.size());
+  const int half = std::max(0, (static_cast<int>(1.7 * trace_.step / sweep_.angle_step()) - 1) / 2);
+  const int stride = 2 * half + 1;
+  const int odd = beams % 2;
+  for (int i = 0; i < beams; ++i) {
+    const int from_middle = std::abs(2 * i - (beams - 1)) / 2;
+    if (from_middle % stride == (odd == 1 ? 0 : half)) cast_shadow(nearest_of(i - half, i + half), radius);
+  }
+}
+
+std::size_t FollowTheGap::nearest_of(int first, int last) const noexcept {
+  auto nearest = static_cast<std::size_t>((first + last) / 2);
+  const auto end = std::min(static_cast<std::size_t>(last) + 1, sweep_.size());
+  for (auto i = static_cast<std::size_t>(std::max(first, 0)); i < end; ++i)
+    if (sweep_.range(i) < sweep_.range(nearest)) nearest = i;
+  return nearest;
 }
 
 // Shortens every direction in which a disc of `radius` would touch the return of this beam.

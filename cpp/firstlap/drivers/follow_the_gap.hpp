@@ -108,6 +108,7 @@ class FollowTheGap final : public Driver {
   }
   [[nodiscard]] double angle_of(int k) const noexcept { return trace_.step * k; }
   void widen() noexcept;
+  [[nodiscard]] std::size_t nearest_of(int first, int last) const noexcept;
   void cast_shadow(std::size_t beam, double radius) noexcept;
   void blow_bubble() noexcept;
   bool choose_run() noexcept;

@@ -1,13 +1,13 @@
 #include "firstlap/sim/race.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
 #include <utility>
 
 #include "firstlap/sim/contact.hpp"
+#include "firstlap/sim/cpu_clock.hpp"
 
 namespace firstlap::sim {
 namespace {
@@ -158,21 +158,20 @@ void Race::drive_if_free() {
 }
 
 void Race::drive() {
-  using Clock = std::chrono::steady_clock;
   std::swap(given_, waiting_ranges_);
   measured_ = waiting_state_;
   waiting_ = false;
   const LaserScan scan = lidar_.view(given_);
   const double dt = period_ * static_cast<double>(waiting_scan_ - std::exchange(driven_scan_, waiting_scan_));
-  const Clock::time_point begin = Clock::now();
+  const double begin = cpu_seconds();
   last_ = driver_->step(scan, measured_, dt);
-  const std::chrono::duration<double> spent = Clock::now() - begin;
-  result_.compute_times.push_back(static_cast<float>(1e6 * spent.count()));
+  const double spent = cpu_seconds() - begin;
+  result_.compute_times.push_back(static_cast<float>(1e6 * spent));
 
   // Physics stands at its steps; the driver began as soon as it had both time and scan.
   const double scanned = static_cast<double>(waiting_scan_) * period_;
   const double begun = std::min(std::max(busy_until_, scanned), result_.time);
-  busy_until_ = begun + (options_.measure_latency ? spent.count() : options_.compute_latency);
+  busy_until_ = begun + (options_.measure_latency ? spent : options_.compute_latency);
   vehicle_.command(last_.command, std::max(busy_until_ - result_.time, 0.0));
 }
 

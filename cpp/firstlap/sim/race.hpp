@@ -52,7 +52,7 @@ struct RaceOptions {
         Field{"delay_extra", &P::delay_extra, "s", 0.0, 0.3, "added to steering and speed delay"},
         Field{"compute_latency", &P::compute_latency, "s", 0.0, 0.3, "the driver computes this long over a scan"},
         Field{"measure_latency", &P::measure_latency, "", 0.0, 1.0,
-              "it computes as long as it really does, by the wall clock: no two races are the same"},
+              "it computes as long as it really does, by its thread's CPU clock: no two races are the same"},
         Field{"timeout_speed", &P::timeout_speed, "m/s", 0.0, 10.0, "a lap slower than this mean is a timeout"},
         Field{"stuck_speed", &P::stuck_speed, "m/s", 0.0, 1.0, "slower than this counts as standing"},
         Field{"stuck_time", &P::stuck_time, "s", 0.1, 1000.0, "standing this long ends the race"},

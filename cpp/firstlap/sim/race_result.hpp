@@ -59,7 +59,7 @@ struct RaceResult {
   double distance = 0.0;  // [m] driven so far
   std::vector<Lap> laps;
   std::optional<Contact> contact;
-  std::vector<float> compute_times;  // [us] of each driver step, by the wall clock; never influences the race
+  std::vector<float> compute_times;  // [us] of each driver step, by its thread's CPU clock
   long skipped_scans = 0;            // which the driver never saw, because it was busy
   std::vector<PathSample> path;      // empty unless options.record_path
 };

@@ -1,9 +1,9 @@
 #include "firstlap/sim/race.hpp"
 
-#include <chrono>
 #include <cmath>
 #include <gtest/gtest.h>
 
+#include "firstlap/sim/cpu_clock.hpp"
 #include "support.hpp"
 
 namespace firstlap::sim {
@@ -169,14 +169,14 @@ TEST(Race, ComputeLatencyDelaysTheCommand) {
   EXPECT_EQ(speed_after(0.1), 0.0);
 }
 
-// Steers by the count of its steps, so that every command is another one; takes real time where asked to.
+// Steers by the count of its steps, so that every command is another one; computes for as long as it is asked to.
 class SlowDriver : public Driver {
  public:
   explicit SlowDriver(double seconds = 0.0) : seconds_(seconds) {}
   StepResult step(const LaserScan&, const VehicleState&, double dt) noexcept override {
     pauses.push_back(dt);
-    const auto begin = std::chrono::steady_clock::now();
-    while (std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count() < seconds_) {
+    const double begin = cpu_seconds();
+    while (cpu_seconds() - begin < seconds_) {
     }
     return {{1.0, 0.0}, Status::ok};
   }

@@ -181,6 +181,10 @@ class _Registry(Mapping[str, DriverKind]):
         """Makes a driver known, or known anew."""
         self._kinds[kind.name] = kind
 
+    def forget(self, name: str) -> None:
+        """Makes a driver unknown."""
+        del self._kinds[name]
+
     def _all(self) -> dict[str, DriverKind]:
         if not self._read_modules:
             self._read_modules = True

@@ -1,0 +1,20 @@
+// How long this thread has computed. Unlike the wall clock it does not count what other programs, or other
+// races, took of the processor meanwhile; nor does it count waiting.
+#pragma once
+
+#include <chrono>
+#include <ctime>
+
+namespace firstlap::sim {
+
+// [s] from an arbitrary start.
+inline double cpu_seconds() noexcept {
+#ifdef CLOCK_THREAD_CPUTIME_ID
+  timespec now{};
+  if (clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now) == 0)
+    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+#endif
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+}  // namespace firstlap::sim

@@ -1,0 +1,185 @@
+"""firstlap compare"""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.markup import escape
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from firstlap import __version__
+from firstlap.car_file import load_car
+from firstlap.cli.common import (
+    CarOption,
+    ConditionOption,
+    JsonOption,
+    TrackArgument,
+    chosen_options,
+    console,
+    described_options,
+    fail,
+    note,
+    print_json,
+    progress_bar,
+)
+from firstlap.output import check_writable
+from firstlap.race import latency_options
+from firstlap.tracks.library import load_track
+
+
+def compare(
+    track: TrackArgument,
+    drivers: Annotated[
+        str | None,
+        typer.Option("--drivers", metavar="A,B:SETUP", help="Drivers, each with a setup or its default; default: all."),
+    ] = None,
+    laps: Annotated[int, typer.Option("--laps", min=1, max=10_000, help="Laps of a race, with the standing one.")] = 10,
+    seeds: Annotated[int, typer.Option("--seeds", min=1, max=10_000, help="Races of each driver, seeds 1 to K.")] = 5,
+    reverse: Annotated[bool, typer.Option("--reverse", help="Drive the other way round.")] = False,
+    car: CarOption = "default",
+    latency: Annotated[
+        str,
+        typer.Option(
+            "--latency", metavar="measured|fixed:MS|none", help="How a driver's compute time delays its commands."
+        ),
+    ] = "measured",
+    conditions: ConditionOption = None,
+    jobs: Annotated[int | None, typer.Option("--jobs", min=1, max=1024, help="Races at a time; all cores.")] = None,
+    plot: Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Lines, laps, speeds.")] = None,
+    report: Annotated[
+        Path | None, typer.Option("--report", metavar="FILE", help="A .md or .html to repeat it.")
+    ] = None,
+    store: Annotated[
+        Path | None, typer.Option("--store", metavar="FOLDER", help="Where races are kept to go on later.")
+    ] = None,
+    as_json: JsonOption = False,
+) -> int:
+    """Race drivers against each other: lap times, success, clearance, compute. Exits 0 when every race finished."""
+    from firstlap.compare import Comparison, parse_entries
+    from firstlap.compare_record import Store, default_folder
+
+    latency_options(latency)
+    options = chosen_options(conditions)
+    _check_files(plot, report)
+    loaded_car = load_car(car)
+    entries = parse_entries(drivers, loaded_car)
+    loaded = load_track(track)
+    comparison = Comparison(
+        loaded.reversed() if reverse else loaded,
+        entries,
+        loaded_car,
+        laps=laps,
+        seeds=seeds,
+        latency=latency,
+        store=Store(store or default_folder()),
+        options=options,
+        jobs=jobs,
+    )
+    interrupted = _watched(comparison)
+    found = {
+        "version": __version__,
+        "direction": "reverse" if reverse else "forward",
+        **comparison.to_dict(),
+        "interrupted": interrupted,
+    }
+    if not interrupted:
+        _write_files(comparison, plot, report, _command(locals()))
+    if as_json:
+        print_json(found)
+    else:
+        _print(found, comparison.track.notes, plot, report)
+    driven = sum(row["runs"] for row in found["entries"])
+    if interrupted:
+        return fail(f"interrupted after {driven} of {comparison.races} races; the same command goes on there", 130)
+    return 0 if all(row["success_rate"] == 1.0 for row in found["entries"]) else 1
+
+
+def _check_files(plot: Path | None, report: Path | None) -> None:
+    """Before the work is done."""
+    from firstlap.compare_report import REPORTS
+    from firstlap.plot import PICTURES
+
+    if plot:
+        check_writable(plot, PICTURES)
+    if report:
+        check_writable(report, REPORTS)
+
+
+def _watched(comparison: Any) -> bool:
+    """Drives with a bar; whether it was interrupted."""
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    failed = 0
+    with progress_bar(*columns) as bar:
+        task = bar.add_task("racing", total=comparison.races)
+        preparation: dict[str, Any] = {}
+
+        def done(_entry: Any, record: Any) -> None:
+            nonlocal failed
+            failed += not record.finished
+            kept = f", {comparison.from_store} from before" if comparison.from_store else ""
+            bar.update(task, advance=1, description=f"racing, {failed} not finished{kept}")
+
+        def preparing(entry: Any, what: str, share: float) -> None:
+            if entry.label not in preparation:
+                preparation[entry.label] = bar.add_task(entry.label, total=100)
+            bar.update(preparation[entry.label], description=f"{entry.label}: {what}", completed=100.0 * share)
+
+        try:
+            comparison.drive(done, preparing)
+        except KeyboardInterrupt:
+            return True
+    return False
+
+
+def _write_files(comparison: Any, plot: Path | None, report: Path | None, command: str) -> None:
+    if plot:
+        from firstlap.compare_plot import plot_comparison
+
+        plot_comparison(comparison, plot)
+    if report:
+        from firstlap.compare_report import write_report
+
+        write_report(comparison, report, command)
+
+
+def _command(given: dict[str, Any]) -> str:
+    """The command line that repeats this."""
+    words = ["firstlap", "compare", given["track"]]
+    words += ["--drivers", ",".join(entry.label for entry in given["entries"])]
+    for name in ("laps", "seeds", "car", "latency", "plot", "report"):
+        if given[name] is not None:
+            words += [f"--{name}", str(given[name])]
+    for assignment in given["conditions"] or ():
+        words += ["--option", assignment]
+    if given["reverse"]:
+        words.append("--reverse")
+    return shlex.join(words)
+
+
+def _print(found: dict[str, Any], notes: list[str], plot: Path | None, report: Path | None) -> None:
+    from firstlap.compare_report import HEADINGS, order_lines, table_rows
+
+    for remark in notes:
+        note(remark)
+    title = f"{found['track']}, {found['track_length']:.1f} m, {found['laps']} laps, {found['seeds']} seeds, latency "
+    table = Table(title=escape(title + found["latency"] + described_options(found["options"])))
+    for heading in HEADINGS:
+        table.add_column(heading, justify="left" if heading == HEADINGS[0] else "right", no_wrap=True)
+    for row, cells in zip(found["entries"], table_rows(found), strict=True):
+        style = "" if row["finished"] == row["runs"] else "red" if row["finished"] == 0 else "yellow"
+        table.add_row(*map(escape, cells), style=style)
+    out = console()
+    if not out.is_terminal:
+        out.width = 160
+    out.print(table)
+    if found["reference"]:
+        out.print(escape(f"relative: median lap over that of {found['reference']}"))
+    for line in order_lines(found):
+        out.print(escape(line))
+    for name, path in (("picture", plot), ("report", report)):
+        if path:
+            out.print(escape(f"{name}: {path}"), soft_wrap=True)
