@@ -30,7 +30,6 @@ from firstlap.step_log import STATUSES, Columns, rows_of
 Floats = npt.NDArray[np.float64]
 
 SCANS_PER_CALL = 100
-BOTH = 3
 PLANNED = (STATUSES.index("ok"), STATUSES.index("blocked"))
 NOTHING = np.zeros((0, 2))
 REACHES = (1.0, 2.0, 3.0)
@@ -243,26 +242,14 @@ def _drive(
     driver, continuity, collected = driver_for(setup, car), Continuity(), _Collected()
     for part, columns in batches(recording, driver.core):
         collected.add(**{name: columns[name] for name in ("speed", "steering_angle", "status", "microseconds")})
-        collected.add(ahead=columns["ahead"], width=columns["width"])
-        collected.add(**_seen(columns), **_continued(recording, part, columns, continuity))
+        collected.add(**{name: columns[name] for name in ("ahead", "width", "width_seen")})
+        collected.add(left=columns["left_seen"] > 0, right=columns["right_seen"] > 0)
+        collected.add(**_continued(recording, part, columns, continuity))
         if log:
             log.put(part, columns)
         if look:
             look(part.stop)
     return Driven(setup=setup, **collected.whole())
-
-
-def _seen(columns: Columns) -> dict[str, npt.NDArray[Any]]:
-    """Per scan: which walls it saw itself, and the width between them."""
-    walls = {
-        name: np.array([bool(np.any(rows[:, 2] == 0.0)) for rows in rows_of(columns, name)], dtype=bool)
-        for name in ("left", "right")
-    }
-    widths = []
-    for line in rows_of(columns, "line"):
-        both = line[line[:, 3] == BOTH, 2]
-        widths.append(float(np.median(both)) if len(both) else np.nan)
-    return {**walls, "width_seen": np.array(widths)}
 
 
 def _continued(
@@ -273,9 +260,9 @@ def _continued(
     rows = (rows_of(columns, name) for name in ("path", "left", "right"))
     for i, (path, left, right) in enumerate(zip(*rows, strict=True)):
         ahead = path[columns["nearest"][i] :, 1:3] if planned[i] else NOTHING
-        walls = [side[side[:, 2] == 0.0, :2] for side in (left, right)]
+        left, right = left[: columns["left_seen"][i], :2], right[: columns["right_seen"][i], :2]
         scan = part.start + i
-        found.append(continuity.add(ahead, walls[0], walls[1], recording.states[scan], float(recording.dts[scan])))
+        found.append(continuity.add(ahead, left, right, recording.states[scan], float(recording.dts[scan])))
     return {"jump": np.array([jump for jump, _ in found]), "changed": np.array([flag for _, flag in found], dtype=bool)}
 
 

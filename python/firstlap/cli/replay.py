@@ -60,10 +60,10 @@ def replay(
 
     from firstlap.plot import PICTURES
     from firstlap.recordings import Topics
-    from firstlap.recordings.messages import typestore
+    from firstlap.recordings.load import load_libraries
     from firstlap.replay import replay as run_replay
 
-    typestore()  # the library's set-up is no reading
+    load_libraries()
 
     if plot:
         check_writable(plot, PICTURES)

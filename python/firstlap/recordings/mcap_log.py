@@ -5,23 +5,33 @@ from __future__ import annotations
 import os
 import struct
 from collections.abc import Iterator
-from contextlib import suppress
 from io import BytesIO
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
+import lz4.frame
 import zstandard
 from mcap import records
+from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
-from mcap.stream_reader import MAGIC_SIZE, StreamReader
+from mcap.writer import MCAP0_MAGIC
 
 from firstlap.recordings.messages import Message, Stored, Topic, said
 
 ENCODINGS = {"cdr": "cdr", "ros1": "ros1"}
 RECORD_HEAD = struct.Struct("<BQ")
 """Opcode and length of a record."""
-CHUNK_HEAD = 28
-"""Bytes of a chunk before its compression: two times, size and checksum."""
+MESSAGE_HEAD = struct.Struct("<HIQQ")
+"""Channel, number, time of logging and of publishing of a message."""
+CHUNK_HEAD = struct.Struct("<QQQII")
+"""Two times, size, checksum and the length of the compression's name."""
+KEPT: dict[int, Any] = {
+    Opcode.SCHEMA: records.Schema,
+    Opcode.CHANNEL: records.Channel,
+    Opcode.METADATA: records.Metadata,
+    Opcode.STATISTICS: records.Statistics,
+}
+"""What the library reads for us; messages are too many, and indexes are of no use here."""
 
 
 def open_mcap(path: Path) -> Stored:
@@ -31,6 +41,29 @@ def open_mcap(path: Path) -> Stored:
     return stored
 
 
+def _messages(path: Path, stored: Stored) -> Iterator[Message]:
+    content, size = _Content(stored), path.stat().st_size
+    try:
+        with path.open("rb") as file:
+            if file.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
+                raise ValueError("it does not begin as an MCAP file")
+            while True:
+                opcode, length = RECORD_HEAD.unpack(file.read(RECORD_HEAD.size))
+                if opcode == Opcode.FOOTER:
+                    return
+                if opcode in KEPT or opcode in (Opcode.CHUNK, Opcode.MESSAGE):
+                    data = file.read(min(length, size))
+                    yield from content.take(opcode, data)
+                    if len(data) < length:
+                        raise EOFError("the file ends in the middle of a record")
+                else:
+                    file.seek(length, os.SEEK_CUR)
+    except Exception as error:  # a damaged file may make the libraries raise anything
+        stored.remarks.append(
+            f"{path.name} is unfinished, cut off or damaged; what stands before that was read ({said(error)})"
+        )
+
+
 class _Content:
     """What has been read so far: schemas and channels by their ids."""
 
@@ -38,13 +71,20 @@ class _Content:
         self.stored = stored
         self.schemas: dict[int, str] = {}
         self.channels: dict[int, str] = {}
-        self.finished = False
 
-    def take(self, record: Any) -> Message | None:
-        """The message in `record`; anything else is kept."""
-        if isinstance(record, records.Message):
-            topic = self.channels.get(record.channel_id)
-            return None if topic is None else Message(topic, record.log_time, record.data)
+    def take(self, opcode: int, data: bytes) -> Iterator[Message]:
+        """The messages in a record; what explains them is kept."""
+        if opcode == Opcode.MESSAGE:
+            channel, _, time, _ = MESSAGE_HEAD.unpack_from(data)
+            if channel in self.channels:
+                yield Message(self.channels[channel], time, data[MESSAGE_HEAD.size :])
+        elif opcode == Opcode.CHUNK:
+            yield from self.records_in(_unpacked(data))
+        elif opcode in KEPT:
+            self.keep(KEPT[opcode].read(ReadDataStream(BytesIO(data))))
+
+    def keep(self, record: Any) -> None:
+        """Schemas, channels, metadata and counts."""
         if isinstance(record, records.Schema):
             self.schemas[record.id] = record.name
         elif isinstance(record, records.Channel):
@@ -53,63 +93,43 @@ class _Content:
             self.stored.metadata[record.name] = dict(record.metadata)
         elif isinstance(record, records.Statistics):
             _note_counts(record, self.channels, self.stored)
-        elif isinstance(record, records.Footer):
-            self.finished = True
-        return None
+
+    def records_in(self, data: bytes) -> Iterator[Message]:
+        """The messages of a chunk, or of the part of one."""
+        begin = RECORD_HEAD.size
+        while begin <= len(data):
+            opcode, length = RECORD_HEAD.unpack_from(data, begin - RECORD_HEAD.size)
+            end = begin + length
+            if end > len(data):
+                return
+            yield from self.take(opcode, data[begin:end])
+            begin = end + RECORD_HEAD.size
 
 
-def _messages(path: Path, stored: Stored) -> Iterator[Message]:
-    content = _Content(stored)
-    try:
-        with path.open("rb") as file:
-            reader = StreamReader(file, record_size_limit=max(path.stat().st_size, 1))
-            yield from filter(None, map(content.take, reader.records))
-    except Exception as error:  # a damaged file may make the library raise anything
-        if content.finished:
-            return
-        stored.remarks.append(
-            f"{path.name} is unfinished, cut off or damaged; what stands before that was read ({said(error)})"
-        )
-    else:
-        return
-    with suppress(Exception):  # the part of a record makes the library raise something in any case
-        begun = StreamReader(BytesIO(_begun_chunk(path)), skip_magic=True)
-        yield from filter(None, map(content.take, begun.records))
-
-
-def _begun_chunk(path: Path) -> bytes:
-    """What there is of the records in a chunk at whose middle the file ends; b"" where it ends elsewhere."""
-    size = path.stat().st_size
-    with path.open("rb") as file:
-        file.seek(MAGIC_SIZE)
-        while len(head := file.read(RECORD_HEAD.size)) == RECORD_HEAD.size:
-            opcode, length = RECORD_HEAD.unpack(head)
-            if file.tell() + length > size:
-                return _records_in(file) if opcode == Opcode.CHUNK else b""
-            file.seek(length, os.SEEK_CUR)
-    return b""
-
-
-def _records_in(file: BinaryIO) -> bytes:
-    """The records in the chunk at the file's position, as far as they go."""
-    file.seek(CHUNK_HEAD, os.SEEK_CUR)
-    compression = file.read(int.from_bytes(file.read(4), "little")).decode()
-    file.seek(8, os.SEEK_CUR)
-    data = file.read()
+def _unpacked(chunk: bytes) -> bytes:
+    """The records in a chunk; of a part of one as many as there are."""
+    *_, length = CHUNK_HEAD.unpack_from(chunk)
+    begin = CHUNK_HEAD.size + length
+    compression, data = chunk[CHUNK_HEAD.size : begin].decode(), chunk[begin + 8 :]
     if compression == "zstd":
         return zstandard.ZstdDecompressor().decompressobj().decompress(data)
-    return b"" if compression else data
+    if compression == "lz4":
+        return bytes(lz4.frame.LZ4FrameDecompressor().decompress(data))
+    if compression:
+        raise ValueError(f"a chunk packed by {compression[:20]}")
+    return data
 
 
 def _add_channel(record: records.Channel, schemas: dict[int, str], channels: dict[int, str], stored: Stored) -> None:
     encoding = ENCODINGS.get(record.message_encoding)
-    if encoding is None or record.id in channels:
+    if encoding is None:
         return
     kind = schemas.get(record.schema_id, "")
     if kind.count("/") == 1:  # a ROS 1 name
         kind = kind.replace("/", "/msg/")
-    channels[record.id] = record.topic
     stored.topics[record.topic] = Topic(record.topic, kind, encoding)
+    if stored.wanted is None or kind in stored.wanted:
+        channels[record.id] = record.topic
 
 
 def _note_counts(record: records.Statistics, channels: dict[int, str], stored: Stored) -> None:
