@@ -1,0 +1,132 @@
+"""The line of least lap time: a sequence of quadratic programs in sideways shift and squared speed.
+
+Unknowns are a shift and b = v^2 per point. The lap time is convex in b; acceleration and b k are linearised about
+the last line with its exact profile, the friction ellipse is replaced by tangents near where the car is on it. A
+step is taken only if the lap time of the shifted line's exact profile falls; otherwise the next step is shorter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy import sparse
+
+from firstlap.raceline.corridor import Corridor
+from firstlap.raceline.params import Limits, LineParams
+from firstlap.raceline.quadratic import FREE, Program
+from firstlap.raceline.shape import Shape, constrain, shape_of, shift
+from firstlap.raceline.velocity import Profile, profile
+from firstlap.tracks.track import FloatArray
+
+FIRST_TRUST = 0.15
+LARGEST_TRUST = 0.4
+ENOUGH = 0.002
+CALM = 2e-5
+"""Three steps in a row that gain less than this share of the lap end the search."""
+TANGENTS = (-0.8, -0.3, 0.0, 0.3, 0.8)
+SLOWEST = 0.3
+
+
+def minimum_time(
+    points: FloatArray, corridor: Corridor, limits: Limits, params: LineParams, tell: Callable[[float], None]
+) -> FloatArray:
+    """Points (N, 2) of the line of least lap time, from a closed first guess (M, 2) that is nearly allowed.
+
+    tell: called with the share done after each step.
+    """
+    shape = shape_of(points, corridor, limits, params)
+    speeds = profile(shape.path.curvature, shape.path.step, limits)
+    trust, calm = FIRST_TRUST, 0
+    for number in range(params.time_rounds):
+        tell(number / params.time_rounds)
+        by = _step(shape, speeds, trust, params.smoothness)
+        better = -1.0
+        if by is not None:
+            trial = shape_of(shift(shape, by), corridor, limits, params)
+            trial_speeds = profile(trial.path.curvature, trial.path.step, limits)
+            cost = _cost(shape, speeds, params.smoothness)
+            better = cost - _cost(trial, trial_speeds, params.smoothness)
+            calm = calm + 1 if better < CALM * cost else 0
+            if better > 0.0:
+                shape, speeds = trial, trial_speeds
+        taken = trust if by is None else min(trust, float(np.abs(by).max()))
+        trust = min(LARGEST_TRUST, 1.3 * trust) if better > 0.0 else 0.5 * taken
+        if trust < ENOUGH or calm >= 4:
+            break
+    return shape.path.points
+
+
+def _cost(shape: Shape, speeds: Profile, smoothness: float) -> float:
+    bend, step = shape.path.curvature, shape.path.step
+    jerk = (np.roll(bend, -1) - bend) / step
+    return speeds.time + smoothness * float(np.sum(jerk**2 * step)) + shape.cost
+
+
+def _step(shape: Shape, speeds: Profile, trust: float, smoothness: float) -> FloatArray | None:
+    """The shift (N,) [m] of one quadratic program."""
+    count = len(shape.path.points)
+    program = Program(count, ("shift", "square", "short", "sharp"))
+    constrain(program, shape, trust)
+    _add_time(program, shape, speeds)
+    _add_ellipse(program, shape, speeds)
+    one = sparse.identity(count, format="csr")
+    step = float(shape.path.step.mean())
+    ahead = _ahead(count) - one
+    now = shape.path.curvature
+    program.add_squares(
+        program.across(shift=ahead @ shape.reply.curvature), -(np.roll(now, -1) - now), 2.0 * smoothness / step
+    )
+    program.add_squares(program.across(shift=one), np.zeros(count), 1e-4 * step)
+    for block in ("short", "sharp"):
+        program.add_squares(program.across(**{block: one}), np.zeros(count), 1e-3)
+    solved = program.solve()
+    return None if solved is None else solved["shift"]
+
+
+def _ahead(count: int) -> sparse.csr_matrix:
+    """Takes each point's successor round the lap."""
+    here = np.arange(count)
+    return sparse.csr_matrix((np.ones(count), (here, (here + 1) % count)), shape=(count, count))
+
+
+def _add_time(program: Program, shape: Shape, speeds: Profile) -> None:
+    """sum 2 step / (v + v'), to first order in the shift and second order in b."""
+    v, step = np.maximum(speeds.speed, SLOWEST), shape.path.step
+    total = v + np.roll(v, -1)
+    slope = -step / (v * total**2)
+    slope_after = -step / (np.roll(v, -1) * total**2)
+    gradient = slope + np.roll(slope_after, 1)
+    bend = 0.75 * 0.5 * (step + np.roll(step, 1)) / v**5
+    root = sparse.diags(np.sqrt(bend))
+    program.add_squares(program.across(square=root), np.sqrt(bend) * v**2, 1.0)
+    program.linear[program.part("square")] += gradient
+    program.linear[program.part("shift")] += shape.reply.step.T @ (2.0 / total)
+    program.bound("square", SLOWEST**2, np.maximum(shape.limits.speed**2, v**2))
+
+
+def _add_ellipse(program: Program, shape: Shape, speeds: Profile) -> None:
+    limits, path, reply = shape.limits, shape.path, shape.reply
+    count = program.count
+    one, ahead = sparse.identity(count, format="csr"), _ahead(count)
+    square, step = speeds.speed**2, path.step
+    half = sparse.diags(0.5 / step)
+    # a = (b' - b) / (2 step), and its first-order change with the step.
+    along_square = half @ (ahead - one)
+    along_shift = -sparse.diags(speeds.acceleration / step) @ reply.step
+    # Lateral acceleration b k about the last line; its constant part is -b0 times the bend's change: none at 0.
+    across_square = sparse.diags(path.curvature)
+    across_shift = sparse.diags(square) @ reply.curvature
+    program.add_rows(program.across(square=along_square, shift=along_shift), -limits.brake, limits.accel)
+    for take in (one, ahead):
+        lateral = (take @ (square * path.curvature)) / limits.grip_y
+        angle = np.arctan2(lateral, speeds.acceleration / limits.grip_x)
+        for turn in TANGENTS:
+            c, s = (
+                sparse.diags(np.cos(angle + turn) / limits.grip_x),
+                sparse.diags(np.sin(angle + turn) / limits.grip_y),
+            )
+            rows = program.across(
+                square=c @ along_square + s @ take @ across_square, shift=c @ along_shift + s @ take @ across_shift
+            )
+            program.add_rows(rows, -FREE, 1.0)
