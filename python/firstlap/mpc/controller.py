@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from firstlap.car_file import Car
-from firstlap.mpc.horizon import OFFSET, STATES, Plan, S, first_plan, linearised
+from firstlap.mpc.horizon import OFFSET, Plan, S, believable, first_plan, linearised
 from firstlap.mpc.line_table import LineTable
 from firstlap.mpc.model import model_of
 from firstlap.mpc.observer import Body, Commands, corrected, finite, predicted, standing
@@ -127,10 +127,8 @@ class Controller:
 
     def _speed_command(self, ahead: Body, felt: float, dt: float) -> float:
         """The speed that makes the car's speed loop give the planned acceleration on average until the next."""
-        if self.plan is None:
-            accel = 0.0
-        else:
-            accel = self.plan.input_at(felt + self.model.speed_delay + 0.5 * dt)[1]
+        at = felt + self.model.speed_delay + 0.5 * dt
+        accel = 0.0 if self.plan is None else self.plan.input_at(at)[1]
         gain = self.model.gain_up if accel > 0.0 else self.model.gain_down
         return max(0.0, ahead[3] + accel * (1.0 / gain + 0.5 * dt))
 
@@ -146,7 +144,9 @@ class Controller:
         found: Plan | None = None
         for _ in range(rounds):
             before = self._commands.steering(acting), plan.inputs[1, 0]
-            self._solver.fill(plan, linearised(self.model, self.table, plan), state, before, self.table)
+            self._solver.fill(
+                plan, linearised(self.model, self.table, believable(plan, self.model)), state, before, self.table
+            )
             solved = self._solver.solve()
             if solved is None:
                 return False
@@ -159,7 +159,7 @@ class Controller:
     def _guess(self, state: FloatArray, acting: float) -> tuple[Plan, int]:
         """What to linearise about: the last plan moved on, or one from nothing where that does not fit."""
         if self.plan is not None and self.time - self._planned_at <= self.params.patience:
-            moved = self.plan.moved_to(acting, self.model, self.table)
+            moved = self.plan.moved_to(acting)
             lap = self.table.length
             moved.states[S] += lap * round((state[S] - moved.states[S, 0]) / lap)
             if abs(moved.states[S, 0] - state[S]) < 1.0 and abs(moved.states[OFFSET, 0] - state[OFFSET]) < 0.5:

@@ -1,7 +1,7 @@
 """The car as the controller predicts it: a single track with nonlinear tyres, at the centre of gravity.
 
-Rajamani, Vehicle Dynamics and Control, 2nd ed., ch. 2 and 13, with load transfer and a friction ellipse per axle;
-without slip at walking pace. The same lines serve one state (floats) and a whole horizon (arrays).
+Rajamani, Vehicle Dynamics and Control, 2nd ed., ch. 2 and 13, with load transfer and a friction ellipse per axle.
+The same lines serve one state (floats) and a whole horizon (arrays).
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 
 from firstlap.car_file import Car
-from firstlap.raceline.params import GRAVITY
+from firstlap.raceline.params import GRAVITY, Grip, grip_of
 
-SETTLE = 0.02
-"""[s] in which slip dies out at walking pace."""
+CREEP = 1.0
+"""[m/s] below which slip angles are softened."""
 GYM_SERVO = 0.02
 """[s] as which f1tenth_gym's rate-limited steering is taken."""
 GYM_BUFFER = 0.02
@@ -65,7 +65,7 @@ class Model:
     gain_down: float
     accel: float
     brake: float
-    kinematic_below: float
+    grip: Grip
 
     @property
     def wheelbase(self) -> float:
@@ -73,9 +73,19 @@ class Model:
         return self.l_f + self.l_r
 
     @property
-    def grip(self) -> float:
-        """Largest acceleration [m/s^2] that the weaker axle's tyres give in any direction."""
-        return self.mu * min(self.front.d, self.rear.d) * GRAVITY
+    def most_accel(self) -> float:
+        """Largest acceleration [m/s^2] of motor and tyres on a straight."""
+        return min(self.accel, self.drive_grip * self.grip.drive)
+
+    @property
+    def most_brake(self) -> float:
+        """Largest deceleration [m/s^2] of brake and tyres on a straight."""
+        return min(self.brake, self.drive_grip * self.grip.brake)
+
+    @property
+    def servo_reach(self) -> float:
+        """How far [rad] a command may be from the wheel angle before the servo turns at its fastest."""
+        return self.steering_rate * self.servo
 
 
 def model_of(car: Car, mu: float = 0.0) -> Model:
@@ -110,15 +120,14 @@ def model_of(car: Car, mu: float = 0.0) -> Model:
         gain_down=down,
         accel=v["accel_max"],
         brake=v["accel_max"] if gym else v["brake_max"],
-        kinematic_below=v["kinematic_below"],
+        grip=grip_of(car, mu),
     )
 
 
 def loop_acceleration(model: Model, speed: float, command: float) -> float:
     """What the car's speed loop makes of a speed command [m/s^2]."""
     gain = model.gain_up if command > speed else model.gain_down
-    most = model.drive_grip * model.mu * GRAVITY
-    return max(-min(model.brake, most), min(min(model.accel, most), gain * (command - speed)))
+    return max(-model.most_brake, min(model.most_accel, gain * (command - speed)))
 
 
 def _lateral(model: Model, tyre: Tyre, slip: Any, load: Any, along: Any, m: Any) -> Any:
@@ -134,39 +143,24 @@ def _lateral(model: Model, tyre: Tyre, slip: Any, load: Any, along: Any, m: Any)
     return limit * m.sin(tyre.c * m.atan(x)) * left
 
 
-def motion(model: Model, vx: Any, vy: Any, rate: Any, wheel: Any, command: Any, accel: Any, m: Any) -> Any:
-    """Derivatives of (vx, vy, yaw rate, wheel angle) for a steering command [rad] and an acceleration [m/s^2]."""
-    wheelbase = model.wheelbase
-    most = model.steering_rate
-    turning = m.high(-most, m.low(most, (command - wheel) / model.servo))
-    speed = m.hypot(vx, vy)
-    low = model.kinematic_below
-    t = m.high(0.0, m.low(1.0, (speed - low) / (0.5 * low)))
-    slip_share = t * t * (3.0 - 2.0 * t)
-    forward = m.high(vx, 0.7 * low)
+def motion(model: Model, vx: Any, vy: Any, rate: Any, wheel: Any, accel: Any, m: Any) -> Any:
+    """Derivatives of (vx, vy, yaw rate) at a wheel angle [rad] and an acceleration along the car [m/s^2].
+
+    A slip angle is the velocity across the wheel over the speed, which counts as no less than about CREEP: at
+    walking pace the car then turns with the speed over the radius, without slip, and nothing is stiff.
+    """
+    wheelbase = model.l_f + model.l_r
+    square = vx * vx
+    speed = m.sqrt(m.sqrt(square * square + CREEP**4))
     c, s = m.cos(wheel), m.sin(wheel)
     front_load = model.mass * (GRAVITY * model.l_r - accel * model.height) / wheelbase
     rear_load = model.mass * (GRAVITY * model.l_f + accel * model.height) / wheelbase
     force = model.mass * accel
-    front_slip = wheel - m.atan((vy + model.l_f * rate) / forward)
-    rear_slip = -m.atan((vy - model.l_r * rate) / forward)
+    front_slip = m.atan((vx * s - (vy + model.l_f * rate) * c) / speed)
+    rear_slip = m.atan((model.l_r * rate - vy) / speed)
     front = _lateral(model, model.front, front_slip, front_load, model.split * force, m)
     rear = _lateral(model, model.rear, rear_slip, rear_load, (1.0 - model.split) * force, m)
     front_y = front * c + model.split * force * s
-    ax = accel - slip_share * (front * s / model.mass - vy * rate)
-    tangent = s / c
-    wanted = vx * tangent / wheelbase
-    swing = (accel * tangent + vx * turning * (1.0 + tangent * tangent)) / wheelbase
-    free = 1.0 - slip_share
-    ay = slip_share * ((front_y + rear) / model.mass - vx * rate) + free * (
-        model.l_r * swing + (model.l_r * wanted - vy) / SETTLE
-    )
-    spin = slip_share * (model.l_f * front_y - model.l_r * rear) / model.inertia + free * (
-        swing + (wanted - rate) / SETTLE
-    )
-    return ax, ay, spin, turning
-
-
-def rear_slip_angle(model: Model, vx: Any, vy: Any, rate: Any) -> Any:
-    """Angle [rad] between the motion of base_link and the car's heading, left positive (small angles)."""
-    return (vy - model.l_r * rate) / vx
+    ax = accel - front * s / model.mass + vy * rate
+    ay = (front_y + rear) / model.mass - vx * rate
+    return ax, ay, (model.l_f * front_y - model.l_r * rear) / model.inertia

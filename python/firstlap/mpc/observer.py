@@ -67,7 +67,9 @@ def predicted(model: Model, body: Body, commands: Commands, begin: float, end: f
 def _rate(model: Model, body: Body, steering: float, speed: float) -> Body:
     _, _, yaw, vx, vy, rate, wheel = body
     accel = loop_acceleration(model, vx, speed)
-    ax, ay, spin, turning = motion(model, vx, vy, rate, wheel, steering, accel, SCALARS)
+    most = model.steering_rate
+    turning = max(-most, min(most, (steering - wheel) / model.servo))
+    ax, ay, spin = motion(model, vx, vy, rate, wheel, accel, SCALARS)
     across = vy - model.l_r * rate
     c, s = math.cos(yaw), math.sin(yaw)
     return vx * c - across * s, vx * s + across * c, rate, ax, ay, spin, turning

@@ -22,6 +22,8 @@ class MpcParams:
     q_speed: float = row(0.5, "s^2/m^2", 0.0, 1e4, "weight of the difference to the line's speed")
     q_steering: float = row(30.0, "1/rad^2", 0.0, 1e4, "weight of a change of the wheel angle between stages")
     q_accel: float = row(0.01, "s^4/m^2", 0.0, 1e4, "weight of a change of the acceleration between stages")
+    near_steering: float = row(20.0, "1/rad^2", 0.0, 1e4, "weight of a change of the wheel angle from plan to plan")
+    near_accel: float = row(0.02, "s^4/m^2", 0.0, 1e4, "weight of a change of the acceleration from plan to plan")
     wall_price: float = row(100.0, "1/m", 0.0, 1e6, "price of each metre nearer to a wall than the margin")
     grip_price: float = row(20.0, "", 0.0, 1e6, "price of grip beyond its share")
     latency: float = row(0.005, "s", 0.0, 0.3, "from the measurement to the command, computing included")
@@ -30,7 +32,7 @@ class MpcParams:
     time_limit: float = row(0.02, "s", 0.001, 1.0, "a plan that takes longer is late: the last one is followed")
     patience: float = row(0.3, "s", 0.0, 2.0, "how long the last plan is followed before the car stops")
     stop_brake: float = row(3.0, "m/s^2", 0.1, 20.0, "deceleration of that stop")
-    lost_offset: float = row(1.0, "m", 0.1, 10.0, "farther than this from the line the car stops")
+    lost_offset: float = row(2.5, "m", 0.1, 10.0, "farther than this from the line the car stops")
 
 
 MPC_FIELDS = table_of(mpc=MpcParams)

@@ -11,7 +11,6 @@ from firstlap.mpc.line_table import ZONES, LineTable
 from firstlap.mpc.model import Model
 from firstlap.mpc.params import MpcParams
 from firstlap.mpc.pattern import Pattern
-from firstlap.raceline.params import GRAVITY
 from firstlap.raceline.quadratic import FREE, solver_class
 from firstlap.tracks.track import FloatArray
 
@@ -21,6 +20,10 @@ BLOCK = STATES + INPUTS + 2
 SLACKS = 2
 TERMINAL = 5.0
 HOLD = 1e-6
+NEAR = 0.15
+JOIN_LEAST = 2.0
+JOIN_TIME = 0.7
+"""[m], [m], [s]: farther than NEAR from the line the car joins it within JOIN_LEAST and JOIN_TIME of travel."""
 
 
 class Problem:
@@ -68,15 +71,18 @@ class Problem:
             (cost.group(self._input(i), self._input(i)), cost.group(self._input(i)[:-1], self._input(i)[1:]), weight)
             for i, weight in ((COMMAND, p.q_steering), (ACCEL, p.q_accel))
         ]
+        near = [cost.group(self._input(i), self._input(i)) for i in (COMMAND, ACCEL)]
         slacks = cost.group(self._grip_slack, self._grip_slack), cost.group(self._wall_slack, self._wall_slack)
         cost.freeze()
         cost.values[every] = HOLD
         cost.values[offset] = p.q_offset
         cost.values[offset.stop - 1] *= TERMINAL
+        self._offset_weight = cost.values[offset].copy()
         for diagonal, beside, weight in changes:
             cost.values[diagonal] = 2.0 * weight
             cost.values[diagonal.stop - 1] = weight
             cost.values[beside] = -weight
+        cost.values[near[0]], cost.values[near[1]] = p.near_steering, p.near_accel
         cost.values[slacks[0]], cost.values[slacks[1]] = 0.1 * p.grip_price, p.wall_price
         self._cost = cost
         self._linear[self._wall_slack], self._linear[self._grip_slack] = p.wall_price, p.grip_price
@@ -117,17 +123,16 @@ class Problem:
         self._rows = rows
         self._rows_low = np.full(n * (1 + tangents + walls), -FREE)
         self._rows_high = np.full(n * (1 + tangents + walls), FREE)
-        most = self.model.steering_rate * self.model.servo
+        most = self.model.servo_reach
         self._rows_low[:n], self._rows_high[:n] = -most, most
         self._grip_to = slice(n, n * (1 + tangents))
         self._wall_to = slice(n * (1 + tangents), None)
 
     def _bound(self) -> None:
         model = self.model
-        most = model.drive_grip * model.mu * GRAVITY
         wheel, accel = self._input(COMMAND), self._input(ACCEL)
         self._low[wheel], self._high[wheel] = -model.steering_limit, model.steering_limit
-        self._low[accel], self._high[accel] = -min(model.brake, most), min(model.accel, most)
+        self._low[accel], self._high[accel] = -model.most_brake, model.most_accel
         self._low[self._wall_slack] = self._low[self._grip_slack] = 0.0
 
     def fill(
@@ -162,14 +167,26 @@ class Problem:
         self._cost.values[self._speed], self._cost.values[self._speed_s] = weight, -weight * slope
         self._cost.values[self._speed_ss] = weight * slope**2
         self._linear[self._state(VX)], self._linear[self._state(S)] = -weight * aim, weight * aim * slope
-        self._linear[self._input(COMMAND)[0]] = -p.q_steering * before[COMMAND]
-        self._linear[self._input(ACCEL)[0]] = -p.q_accel * before[ACCEL]
+        self._linear[self._state(OFFSET)] = -self._offset_weight * self._joining(x)
+        self._linear[self._input(COMMAND)] = -p.near_steering * plan.inputs[COMMAND]
+        self._linear[self._input(ACCEL)] = -p.near_accel * plan.inputs[ACCEL]
+        self._linear[self._input(COMMAND)[0]] -= p.q_steering * before[COMMAND]
+        self._linear[self._input(ACCEL)[0]] -= p.q_accel * before[ACCEL]
+
+    def _joining(self, x: FloatArray) -> FloatArray:
+        """Where the plan should be beside the line (N + 1,): from far off it joins over a distance, not at once."""
+        start = float(x[OFFSET, 0])
+        far = np.sign(start) * max(0.0, abs(start) - NEAR)
+        way = (x[S] - x[S, 0]) / (JOIN_LEAST + JOIN_TIME * max(float(x[VX, 0]), 0.0))
+        return np.asarray(far * (1.0 - np.minimum(way, 1.0)) ** 2)
 
     def _fill_rows(self, plan: Plan) -> None:
-        grip = self.model.grip * self.params.grip_use
+        grip, use = self.model.grip, self.params.grip_use
         v, r, a = plan.states[VX, :-1], plan.states[RATE, :-1], plan.inputs[ACCEL]
-        angle = np.arctan2(v * r, a)[:, None] + TANGENTS
-        c, s = np.cos(angle) / grip, np.sin(angle) / grip
+        axis = np.where(a > 0.0, grip.drive, grip.brake)
+        angle = np.arctan2(v * r / grip.lateral, a / axis)[:, None] + TANGENTS
+        c, s = np.cos(angle), np.sin(angle) / (use * grip.lateral)
+        c /= use * np.where(c > 0.0, grip.drive, grip.brake)
         self._rows.values[self._grip_a] = c.ravel()
         self._rows.values[self._grip_v] = (s * r[:, None]).ravel()
         self._rows.values[self._grip_r] = (s * v[:, None]).ravel()

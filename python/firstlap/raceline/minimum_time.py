@@ -119,13 +119,12 @@ def _add_ellipse(program: Program, shape: Shape, speeds: Profile) -> None:
     across_shift = sparse.diags(square) @ reply.curvature
     program.add_rows(program.across(square=along_square, shift=along_shift), -limits.brake, limits.accel)
     for take in (one, ahead):
-        lateral = (take @ (square * path.curvature)) / limits.grip_y
-        angle = np.arctan2(lateral, speeds.acceleration / limits.grip_x)
+        lateral = (take @ (square * path.curvature)) / limits.grip.lateral
+        axis = np.where(speeds.acceleration > 0.0, limits.grip.drive, limits.grip.brake)
+        angle = np.arctan2(lateral, speeds.acceleration / axis)
         for turn in TANGENTS:
-            c, s = (
-                sparse.diags(np.cos(angle + turn) / limits.grip_x),
-                sparse.diags(np.sin(angle + turn) / limits.grip_y),
-            )
+            c, s = np.cos(angle + turn), np.sin(angle + turn) / limits.grip.lateral
+            c, s = sparse.diags(c / np.where(c > 0.0, limits.grip.drive, limits.grip.brake)), sparse.diags(s)
             rows = program.across(
                 square=c @ along_square + s @ take @ across_square, shift=c @ along_shift + s @ take @ across_shift
             )

@@ -34,35 +34,62 @@ LINE_FIELDS = table_of(line=LineParams)
 
 
 @dataclass(frozen=True)
-class Limits:
-    """What the profile obeys: the ellipse (a_x / grip_x)^2 + (a_y / grip_y)^2 <= 1, and the motor's own limits.
+class Grip:
+    """Largest accelerations [m/s^2] that the tyres give: to a side, forwards, and backwards."""
 
-    grip_x, grip_y, accel, brake [m/s^2], speed [m/s], curvature [1/m].
+    lateral: float
+    drive: float
+    brake: float
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What the profile obeys: the ellipse (a_x / grip_x)^2 + (a_y / lateral)^2 <= 1, and the motor's own limits.
+
+    grip: its axes, grip_x being drive or brake. accel, brake [m/s^2], speed [m/s], curvature [1/m].
     """
 
-    grip_x: float
-    grip_y: float
+    grip: Grip
     accel: float
     brake: float
     speed: float
     curvature: float
 
 
-def limits_of(car: Car, params: LineParams) -> Limits:
-    """The limits of a car under these parameters.
+def grip_of(car: Car, mu: float) -> Grip:
+    """The grip of a car on ground of friction `mu` (0: the car's).
 
-    Grip is that of the weaker axle's tyres at their peak; driving and braking get the share of it that the car's
-    drive can use.
+    An axle slides when its share of the driving force is all that its tyres can hold under the load that this very
+    acceleration leaves it: the car's grip along is that of the axle that slides first.
     """
+    v = car.core.values()["vehicle"]
+    mu = mu or float(v["friction"])
+    if v["model"] != 0:
+        return Grip(mu * GRAVITY, mu * GRAVITY, mu * GRAVITY)
+    wheelbase, height = v["l_f"] + v["l_r"], v["cg_height"]
+    front, rear, split = mu * v["front_d"], mu * v["rear_d"], v["drive_split"]
+
+    def sliding(peak: float, arm: float, share: float, gains: float) -> float:
+        room = share * wheelbase - gains * peak * height
+        return float(peak * GRAVITY * arm / room) if room > 0.0 else math.inf
+
+    most = float(max(front, rear)) * GRAVITY
+    return Grip(
+        lateral=float(min(front, rear)) * GRAVITY,
+        drive=min(most, sliding(front, v["l_r"], split, -1.0), sliding(rear, v["l_f"], 1.0 - split, 1.0)),
+        brake=min(most, sliding(front, v["l_r"], split, 1.0), sliding(rear, v["l_f"], 1.0 - split, -1.0)),
+    )
+
+
+def limits_of(car: Car, params: LineParams) -> Limits:
+    """The limits of a car under these parameters."""
     values = car.core.values()
     vehicle, body = values["vehicle"], values["geometry"]
-    peak = min(vehicle["front_d"], vehicle["rear_d"]) if vehicle["model"] == 0 else 1.0
-    grip = (params.mu or vehicle["friction"]) * peak * GRAVITY * params.grip_use
+    full, use = grip_of(car, params.mu), params.grip_use
     return Limits(
-        grip_x=grip,
-        grip_y=grip,
-        accel=min(params.accel_max or vehicle["accel_max"], vehicle["drive_grip"] * grip),
-        brake=min(params.brake_max or vehicle["brake_max"], vehicle["drive_grip"] * grip),
+        grip=Grip(full.lateral * use, full.drive * use, full.brake * use),
+        accel=min(params.accel_max or vehicle["accel_max"], vehicle["drive_grip"] * full.drive * use),
+        brake=min(params.brake_max or vehicle["brake_max"], vehicle["drive_grip"] * full.brake * use),
         speed=params.speed_max or vehicle["speed_max"],
         curvature=math.tan(params.steering_use * body["steering_limit"]) / body["wheelbase"],
     )
