@@ -16,7 +16,7 @@ COMMAND, ACCEL = range(2)
 INPUTS = 2
 NUDGE = 1e-5
 SQUARINGS = 3
-MOST_SLIP, MOST_COURSE = 0.15, 0.8
+MOST_SLIP, MOST_FRONT_SLIP, MOST_COURSE = 0.15, 0.12, 0.8
 UNIT_ACCEL = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
 
 
@@ -103,6 +103,8 @@ def believable(plan: Plan, model: Model) -> Plan:
     x[RATE] = np.clip(x[RATE], -most, most)
     drift = np.clip(x[VY] - model.l_r * x[RATE], -MOST_SLIP * speed, MOST_SLIP * speed)
     x[VY] = drift + model.l_r * x[RATE]
+    front = (x[VY] + model.l_f * x[RATE]) / speed
+    x[WHEEL] = np.clip(x[WHEEL], front - MOST_FRONT_SLIP, front + MOST_FRONT_SLIP)
     x[WHEEL] = np.clip(x[WHEEL], -model.steering_limit, model.steering_limit)
     return plan
 

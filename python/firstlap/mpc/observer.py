@@ -7,10 +7,13 @@ from collections import deque
 
 import numpy as np
 
-from firstlap.mpc.model import SCALARS, Model, loop_acceleration, motion
+from firstlap.mpc.model import CREEP, SCALARS, Model, loop_acceleration, motion
 
 STEP = 0.0125
 """[s] longest integration step."""
+
+DRIFT_GAIN = 4.0
+"""[1/s] lateral speed per metre that a pose is beside the expected one."""
 
 Body = tuple[float, float, float, float, float, float, float]
 """x, y, yaw of base_link (map frame), vx, vy at the centre of gravity, yaw rate, wheel angle."""
@@ -101,9 +104,13 @@ def corrected(
         heading = pose[2] + pose_age * rate
         middle = pose[2] + 0.5 * pose_age * rate
         c, s = math.cos(middle), math.sin(middle)
-        x += gain * (pose[0] + pose_age * (vx * c - across * s) - x)
-        y += gain * (pose[1] + pose_age * (vx * s + across * c) - y)
+        dx = pose[0] + pose_age * (vx * c - across * s) - x
+        dy = pose[1] + pose_age * (vx * s + across * c) - y
+        x, y = x + gain * dx, y + gain * dy
         yaw = wrapped(yaw + gain * wrapped(heading - yaw))
+        # Nothing measures how the car drifts; where it went to the side of where it was expected tells.
+        if vx > CREEP:
+            vy += DRIFT_GAIN * gain * (dy * c - dx * s)
     return x, y, yaw, max(vx, 0.0), vy, rate, wheel
 
 

@@ -22,7 +22,7 @@ class MpcParams:
     q_speed: float = row(0.5, "s^2/m^2", 0.0, 1e4, "weight of the difference to the line's speed")
     q_steering: float = row(30.0, "1/rad^2", 0.0, 1e4, "weight of a change of the wheel angle between stages")
     q_accel: float = row(0.01, "s^4/m^2", 0.0, 1e4, "weight of a change of the acceleration between stages")
-    near_steering: float = row(20.0, "1/rad^2", 0.0, 1e4, "weight of a change of the wheel angle from plan to plan")
+    near_steering: float = row(80.0, "1/rad^2", 0.0, 1e4, "weight of a change of the wheel angle from plan to plan")
     near_accel: float = row(0.02, "s^4/m^2", 0.0, 1e4, "weight of a change of the acceleration from plan to plan")
     wall_price: float = row(100.0, "1/m", 0.0, 1e6, "price of each metre nearer to a wall than the margin")
     grip_price: float = row(20.0, "", 0.0, 1e6, "price of grip beyond its share")
