@@ -14,8 +14,9 @@ from firstlap.mpc.pattern import Pattern
 from firstlap.raceline.quadratic import FREE, solver_class
 from firstlap.tracks.track import FloatArray
 
-TANGENTS = np.array([-0.9, -0.4, 0.0, 0.4, 0.9])
-"""[rad] from where the plan is on the friction ellipse to where a tangent replaces it."""
+TANGENTS = np.array([-0.5, 0.0, 0.5])
+SIDES = np.array([-0.5 * np.pi, 0.5 * np.pi])
+"""[rad] where tangents replace the friction ellipse: near where the plan is on it, and at either side."""
 BLOCK = STATES + INPUTS + 2
 SLACKS = 2
 TERMINAL = 5.0
@@ -100,7 +101,7 @@ class Problem:
         self._even, self._even_to = even, np.zeros(STATES * (n + 1))
 
     def _make_rows(self) -> None:
-        n, tangents = self.n, len(TANGENTS)
+        n, tangents = self.n, len(TANGENTS) + len(SIDES)
         walls = 2 * ZONES
         rows = Pattern(n * (1 + tangents + walls), self.size)
         stage = np.arange(n)
@@ -185,6 +186,7 @@ class Problem:
         v, r, a = plan.states[VX, :-1], plan.states[RATE, :-1], plan.inputs[ACCEL]
         axis = np.where(a > 0.0, grip.drive, grip.brake)
         angle = np.arctan2(v * r / grip.lateral, a / axis)[:, None] + TANGENTS
+        angle = np.hstack([angle, np.broadcast_to(SIDES, (self.n, len(SIDES)))])
         c, s = np.cos(angle), np.sin(angle) / (use * grip.lateral)
         c /= use * np.where(c > 0.0, grip.drive, grip.brake)
         self._rows.values[self._grip_a] = c.ravel()

@@ -8,6 +8,7 @@ step is taken only if the lap time of the shifted line's exact profile falls; ot
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from scipy import sparse
@@ -19,12 +20,17 @@ from firstlap.raceline.shape import Shape, constrain, shape_of, shift
 from firstlap.raceline.velocity import Profile, profile
 from firstlap.tracks.track import FloatArray
 
-FIRST_TRUST = 0.15
-LARGEST_TRUST = 0.4
-ENOUGH = 0.002
-CALM = 2e-5
-"""Three steps in a row that gain less than this share of the lap end the search."""
-TANGENTS = (-0.8, -0.3, 0.0, 0.3, 0.8)
+FARTHEST = 0.4
+FIRST_TRUST, ENOUGH = 0.5, 0.01
+"""A step may change lateral acceleration by this share of the grip, v^2 by half this share, and at full trust move a
+point by FARTHEST [m]: the product of the two changes, which the program does not see, stays small everywhere."""
+CALM, CALM_STEPS = 3e-5, 3
+"""So many steps in a row that gain less than this share of the lap end the search."""
+COARSE = (3.0, 1.0)
+"""Spacings of the search, in turn, as multiples of the wanted one."""
+TANGENTS = (-0.3, 0.0, 0.3)
+RING = tuple(np.pi * (i + 0.5) / 4.0 for i in range(8))
+"""[rad] where tangents replace the ellipse: near where the car is on it, and all round, for a bend may turn over."""
 SLOWEST = 0.3
 
 
@@ -35,6 +41,17 @@ def minimum_time(
 
     tell: called with the share done after each step.
     """
+    for stage, factor in enumerate(COARSE):
+        stage_params = replace(params, spacing=factor * params.spacing)
+        points = _search(
+            points, corridor, limits, stage_params, lambda share, stage=stage: tell((stage + share) / len(COARSE))
+        )
+    return points
+
+
+def _search(
+    points: FloatArray, corridor: Corridor, limits: Limits, params: LineParams, tell: Callable[[float], None]
+) -> FloatArray:
     shape = shape_of(points, corridor, limits, params)
     speeds = profile(shape.path.curvature, shape.path.step, limits)
     trust, calm = FIRST_TRUST, 0
@@ -50,9 +67,8 @@ def minimum_time(
             calm = calm + 1 if better < CALM * cost else 0
             if better > 0.0:
                 shape, speeds = trial, trial_speeds
-        taken = trust if by is None else min(trust, float(np.abs(by).max()))
-        trust = min(LARGEST_TRUST, 1.3 * trust) if better > 0.0 else 0.5 * taken
-        if trust < ENOUGH or calm >= 4:
+        trust = min(1.0, 1.5 * trust) if better > 0.0 else 0.4 * trust
+        if trust < ENOUGH or calm >= CALM_STEPS:
             break
     return shape.path.points
 
@@ -67,8 +83,15 @@ def _step(shape: Shape, speeds: Profile, trust: float, smoothness: float) -> Flo
     """The shift (N,) [m] of one quadratic program."""
     count = len(shape.path.points)
     program = Program(count, ("shift", "square", "short", "sharp"))
-    constrain(program, shape, trust)
+    constrain(program, shape, FARTHEST * min(1.0, 2.0 * trust))
     _add_time(program, shape, speeds)
+    square = np.maximum(speeds.speed, SLOWEST) ** 2
+    program.bound("square", np.maximum(SLOWEST**2, (1.0 - 0.5 * trust) * square), (1.0 + 0.5 * trust) * square)
+    program.high[program.part("square")] = np.minimum(
+        program.high[program.part("square")], np.maximum(shape.limits.speed**2, square)
+    )
+    most = trust * shape.limits.grip.lateral / square
+    program.add_rows(program.across(shift=shape.reply.curvature), -most, most)
     _add_ellipse(program, shape, speeds)
     one = sparse.identity(count, format="csr")
     step = float(shape.path.step.mean())
@@ -102,7 +125,6 @@ def _add_time(program: Program, shape: Shape, speeds: Profile) -> None:
     program.add_squares(program.across(square=root), np.sqrt(bend) * v**2, 1.0)
     program.linear[program.part("square")] += gradient
     program.linear[program.part("shift")] += shape.reply.step.T @ (2.0 / total)
-    program.bound("square", SLOWEST**2, np.maximum(shape.limits.speed**2, v**2))
 
 
 def _add_ellipse(program: Program, shape: Shape, speeds: Profile) -> None:
@@ -122,8 +144,8 @@ def _add_ellipse(program: Program, shape: Shape, speeds: Profile) -> None:
         lateral = (take @ (square * path.curvature)) / limits.grip.lateral
         axis = np.where(speeds.acceleration > 0.0, limits.grip.drive, limits.grip.brake)
         angle = np.arctan2(lateral, speeds.acceleration / axis)
-        for turn in TANGENTS:
-            c, s = np.cos(angle + turn), np.sin(angle + turn) / limits.grip.lateral
+        for at in [angle + turn for turn in TANGENTS] + [np.full(count, turn) for turn in RING]:
+            c, s = np.cos(at), np.sin(at) / limits.grip.lateral
             c, s = sparse.diags(c / np.where(c > 0.0, limits.grip.drive, limits.grip.brake)), sparse.diags(s)
             rows = program.across(
                 square=c @ along_square + s @ take @ across_square, shift=c @ along_shift + s @ take @ across_shift
