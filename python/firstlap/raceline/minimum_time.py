@@ -42,10 +42,11 @@ def minimum_time(
     tell: called with the share done after each step.
     """
     for stage, factor in enumerate(COARSE):
-        stage_params = replace(params, spacing=factor * params.spacing)
-        points = _search(
-            points, corridor, limits, stage_params, lambda share, stage=stage: tell((stage + share) / len(COARSE))
-        )
+
+        def say(share: float, stage: int = stage) -> None:
+            tell((stage + share) / len(COARSE))
+
+        points = _search(points, corridor, limits, replace(params, spacing=factor * params.spacing), say)
     return points
 
 
