@@ -70,11 +70,11 @@ def _next(
     used = b * bend / lateral
     here = along * math.sqrt(max(0.0, 1.0 - used * used))
     best = min(ceiling, b + 2.0 * step * min(here, motor))
-    # Ellipse at the next point: ((b' - b) / reach)^2 + (b' bend / lateral)^2 <= 1, quadratic in b'.
+    # Ellipse at the next point, where speed grows: ((b' - b) / reach)^2 + (b' bend / lateral)^2 <= 1, quadratic in b'.
     reach = 2.0 * step * along
     p = 1.0 / (reach * reach)
     q = (bend_after / lateral) ** 2
     root = p * p * b * b - (p + q) * (p * b * b - 1.0)
-    if root > 0.0:
-        best = min(best, (p * b + math.sqrt(root)) / (p + q))
+    if best > b and root > 0.0:
+        best = min(best, max(b, (p * b + math.sqrt(root)) / (p + q)))
     return best
