@@ -31,7 +31,7 @@ COARSE = (3.0, 1.0)
 TANGENTS = (-0.3, 0.0, 0.3)
 RING = tuple(np.pi * (i + 0.5) / 4.0 for i in range(8))
 """[rad] where tangents replace the ellipse: near where the car is on it, and all round, for a bend may turn over."""
-SLOWEST = 0.3
+SLOWEST, SLOWEST_JERK = 0.3, 2.0
 
 
 def minimum_time(
@@ -76,8 +76,13 @@ def _search(
 
 def _cost(shape: Shape, speeds: Profile, smoothness: float) -> float:
     bend, step = shape.path.curvature, shape.path.step
-    jerk = (np.roll(bend, -1) - bend) / step
-    return speeds.time + smoothness * float(np.sum(jerk**2 * step)) + shape.cost
+    change = (np.roll(bend, -1) - bend) / step
+    return speeds.time + smoothness * float(np.sum(_jerk_weight(speeds) * change**2 * step)) + shape.cost
+
+
+def _jerk_weight(speeds: Profile) -> FloatArray:
+    """What makes a squared change of curvature along the line, integrated, a squared lateral jerk over time."""
+    return np.asarray(np.maximum(0.5 * (speeds.speed + np.roll(speeds.speed, -1)), SLOWEST_JERK) ** 5)
 
 
 def _step(shape: Shape, speeds: Profile, trust: float, smoothness: float) -> FloatArray | None:
@@ -98,9 +103,9 @@ def _step(shape: Shape, speeds: Profile, trust: float, smoothness: float) -> Flo
     step = float(shape.path.step.mean())
     ahead = _ahead(count) - one
     now = shape.path.curvature
-    program.add_squares(
-        program.across(shift=ahead @ shape.reply.curvature), -(np.roll(now, -1) - now), 2.0 * smoothness / step
-    )
+    root = np.sqrt(_jerk_weight(speeds))
+    bends = sparse.diags(root) @ ahead @ shape.reply.curvature
+    program.add_squares(program.across(shift=bends), -root * (np.roll(now, -1) - now), 2.0 * smoothness / step)
     program.add_squares(program.across(shift=one), np.zeros(count), 1e-4 * step)
     for block in ("short", "sharp"):
         program.add_squares(program.across(**{block: one}), np.zeros(count), 1e-3)

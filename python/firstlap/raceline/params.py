@@ -16,7 +16,7 @@ class LineParams:
     """How a racing line is computed. See docs/parameters.md."""
 
     mu: float = row(0.0, "", 0.0, 3.0, "friction to plan with; 0 takes the car's")
-    grip_use: float = row(0.85, "", 0.1, 1.0, "share of the tyres' grip that the line may use")
+    grip_use: float = row(0.82, "", 0.1, 1.0, "share of the tyres' grip that the line may use")
     margin: float = row(0.10, "m", 0.0, 0.5, "room kept between the car's rectangle and any wall")
     speed_max: float = row(0.0, "m/s", 0.0, 100.0, "highest speed; 0 takes the car's")
     accel_max: float = row(0.0, "m/s^2", 0.0, 50.0, "largest acceleration; 0 takes the motor's limit")
@@ -24,7 +24,7 @@ class LineParams:
     steering_use: float = row(0.9, "", 0.3, 1.0, "share of the steering range that the sharpest bend may need")
     spacing: float = row(0.1, "m", 0.03, 0.5, "between points of the line")
     smoothness: float = row(
-        3e-4, "s m^2", 0.0, 1.0, "time that the optimiser pays for a curvature change, per (dk/ds)^2"
+        1e-4, "s^6/m^2", 0.0, 1.0, "time that the optimiser pays per squared lateral jerk and second"
     )
     curvature_rounds: int = row(25, "", 1, 200, "largest number of minimum-curvature steps")
     time_rounds: int = row(60, "", 0, 500, "largest number of minimum-time steps; 0 leaves the minimum-curvature line")
