@@ -23,6 +23,7 @@ from firstlap.tracks.track import FloatArray, Track
 FASTEST = 60.0
 """[m/s] a measured speed beyond it is absurd."""
 FIRST_ROUNDS = 3
+TICK = 1e-9
 
 
 class Step(NamedTuple):
@@ -88,7 +89,7 @@ class Controller:
             return self._give(Step(0.0, 0.0, "bad_state"), self.time + self.params.latency)
         felt = self.time + self.params.latency
         ahead = predicted(self.model, self.body, self._commands, self.time, felt + self.model.speed_delay)
-        if self.time - self._pose_at > self.params.patience:
+        if self.time - self._pose_at > self.params.patience + TICK:
             return self._stop(ahead, felt, "no_path")
         speed_command = self._speed_command(ahead, felt, dt)
         self._commands.give_speed(felt + self.model.speed_delay, speed_command)
@@ -97,7 +98,7 @@ class Controller:
         return self._command(planned, speed_command, felt, acting, ahead)
 
     def _command(self, planned: bool, speed_command: float, felt: float, acting: float, ahead: Body) -> Step:
-        late = self.time - self._planned_at > self.params.patience
+        late = self.time - self._planned_at > self.params.patience + TICK
         if self.plan is None or late or self._off_line:
             return self._stop(ahead, felt, "no_path")
         steering = self.plan.input_at(acting)[0]
@@ -151,7 +152,7 @@ class Controller:
             if solved is None:
                 return False
             plan = found = Plan(acting, self.params.stage_time, *solved)
-        if self._clock() - begin > self.params.time_limit and rounds == 1:
+        if self._clock() - begin > self.params.time_limit and self.plan is not None:
             return False
         self.plan, self._planned_at = found, self.time
         return True
