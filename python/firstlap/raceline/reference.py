@@ -20,6 +20,8 @@ from firstlap.raceline.params import Limits, LineParams, limits_of
 from firstlap.tracks.track import FloatArray, Track
 
 GRID = 0.05
+CALM = 1e-5
+"""[s m^2] what a squared change of curvature costs: so little that it only settles what time leaves open."""
 AROUND = 7
 """Points along each flank of the car's rectangle that must be clear."""
 
@@ -61,7 +63,7 @@ def reference_line(track: Track, car: Car, params: LineParams, spacing: float = 
     clear = _clearances(ca, track, car, x, centre, heading)
     time = ca.dot(0.5 * (pace + ca.vertcat(pace[1:], pace[0])), step)
     change = (after["k"] - x["k"]) / step
-    cost = time + params.smoothness * ca.dot(change**2, step) + 1e-5 * ca.dot(x["drive"], x["brake"])
+    cost = time + CALM * ca.dot(change**2, step) + 1e-5 * ca.dot(x["drive"], x["brake"])
     low, high = _bounds(track, limits, count)
     solver = ca.nlpsol(
         "line",
