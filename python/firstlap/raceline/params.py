@@ -24,7 +24,7 @@ class LineParams:
     steering_use: float = row(0.9, "", 0.3, 1.0, "share of the steering range that the sharpest bend may need")
     spacing: float = row(0.1, "m", 0.03, 0.5, "between points of the line")
     smoothness: float = row(
-        1e-4, "s^6/m^2", 0.0, 1.0, "time that the optimiser pays per squared lateral jerk and second"
+        2e-5, "s^6/m^2", 0.0, 1.0, "time that the optimiser pays per squared lateral jerk and second"
     )
     curvature_rounds: int = row(25, "", 1, 200, "largest number of minimum-curvature steps")
     time_rounds: int = row(60, "", 0, 500, "largest number of minimum-time steps; 0 leaves the minimum-curvature line")
