@@ -7,7 +7,7 @@ import sys
 import typer
 
 from firstlap import __version__
-from firstlap.cli import bench, check, compare, explain, race, replay, survey, tracks
+from firstlap.cli import bench, check, compare, explain, line, race, replay, survey, tracks
 from firstlap.cli.common import fail
 from firstlap.cli.process import (
     Commands,
@@ -35,6 +35,7 @@ app.command("explain")(explain.explain)
 app.command("replay")(replay.replay)
 app.command("check")(check.check)
 app.command("tracks")(tracks.tracks)
+app.command("line")(line.line)
 app.command("bench")(bench.bench)
 
 
