@@ -9,6 +9,7 @@ import typer
 from firstlap import __version__
 from firstlap.cli import bench, check, explain, race, replay, survey, tracks
 from firstlap.cli.common import fail
+from firstlap.cli.map import map_command
 from firstlap.cli.process import (
     Commands,
     InterruptedCommandError,
@@ -34,6 +35,7 @@ app.command("explain")(explain.explain)
 app.command("replay")(replay.replay)
 app.command("check")(check.check)
 app.command("tracks")(tracks.tracks)
+app.command("map")(map_command)
 app.command("bench")(bench.bench)
 
 
