@@ -61,6 +61,12 @@ void Localiser::start(const Pose2& pose) noexcept {
   moving_ = false;
 }
 
+void Localiser::displace(const Pose2& by) noexcept {
+  const Motion motion{by.x, by.y, by.yaw};
+  filter_.shift(motion);
+  pose_ = moved(pose_, motion);
+}
+
 Estimate Localiser::step(const LaserScan& scan, const VehicleState& state, double dt) noexcept {
   dt = std::isfinite(dt) ? std::clamp(dt, 0.0, longest_step) : 0.0;
   if (!started_) return estimate_;

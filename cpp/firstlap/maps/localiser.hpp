@@ -35,6 +35,9 @@ class Localiser {
   // Forgets everything; base_link is about at `pose` of the map's frame, within filter.start_radius and start_angle.
   void start(const Pose2& pose) noexcept;
 
+  // Shifts all that it believes, in base_link: what a car notices that was picked up and set down elsewhere.
+  void displace(const Pose2& by) noexcept;
+
   // One scan, the state measured at its end, and the time since the scan before [s]. Never throws, prints, locks,
   // waits or allocates, whatever the input. Before start() it is lost.
   Estimate step(const LaserScan& scan, const VehicleState& state, double dt) noexcept;

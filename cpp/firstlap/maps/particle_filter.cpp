@@ -5,7 +5,6 @@
 #include <numbers>
 
 #include "firstlap/geometry.hpp"
-#include "firstlap/maps/motion.hpp"
 
 namespace firstlap::maps {
 
@@ -53,6 +52,15 @@ void ParticleFilter::move(double speed, double yaw_rate, double dt) noexcept {
     motion.ahead += speed_std * dt * rng_.gaussian();
     motion.left += lateral_std * dt * rng_.gaussian();
     motion.turn += rate_std * dt * rng_.gaussian();
+    const Pose2 pose = moved({p.x, p.y, p.yaw}, motion);
+    p.x = pose.x;
+    p.y = pose.y;
+    p.yaw = wrap_angle(pose.yaw);
+  }
+}
+
+void ParticleFilter::shift(const Motion& motion) noexcept {
+  for (Particle& p : particles_) {
     const Pose2 pose = moved({p.x, p.y, p.yaw}, motion);
     p.x = pose.x;
     p.y = pose.y;

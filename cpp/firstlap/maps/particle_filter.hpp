@@ -9,6 +9,7 @@
 
 #include "firstlap/buffer.hpp"
 #include "firstlap/maps/likelihood_field.hpp"
+#include "firstlap/maps/motion.hpp"
 #include "firstlap/maps/params.hpp"
 #include "firstlap/random/rng.hpp"
 
@@ -39,6 +40,8 @@ class ParticleFilter {
   // Forgets everything; as many particles as there may be, most over the spread, the rest at its centre.
   void scatter(const Spread& spread) noexcept;
   void move(double speed, double yaw_rate, double dt) noexcept;
+  // The same motion for all, without noise.
+  void shift(const Motion& motion) noexcept;
   // `searching` takes the wide likelihood.
   void weigh(std::span<const Beam> beams, bool searching) noexcept;
   [[nodiscard]] Cluster cluster() const noexcept;

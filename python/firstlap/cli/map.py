@@ -22,7 +22,7 @@ SourceArgument = Annotated[
 
 def map_command(
     source: SourceArgument,
-    output: Annotated[Path, typer.Option("-o", "--output", metavar="MAP", help="The map's YAML; a PGM goes beside it.")],
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="MAP", help="YAML; a PGM goes beside it.")],
     setup: SetupOption = "sure",
     changes: Annotated[
         list[str] | None,

@@ -10,7 +10,7 @@ import shapely
 
 from firstlap.car_file import Car
 from firstlap.mapping.occupancy_map import OccupancyMap
-from firstlap.mapping.poses import compose, transform
+from firstlap.mapping.poses import between, compose, transform
 from firstlap.race import start_race
 from firstlap.racer import Racer
 from firstlap.tracks.track import FloatArray, Track
@@ -48,12 +48,10 @@ def true_start(track: Track, car: Car) -> tuple[float, float, float]:
 
 def check_map(drawn: OccupancyMap, track: Track, start: tuple[float, float, float]) -> MapError:
     """The map's walls against the track's; start: where the map's frame truly lies, in the track's."""
-    segments = np.vstack([np.hstack([wall[:-1], wall[1:]]) for wall, seen in _walls(track) if seen])
-    walls = _Walls(segments)
+    walls = _walls_of(track)
     points = drawn.wall_points()
-    at_start = transform(np.array(start), points)
-    rms_start = _rms(walls.distances(at_start))
-    fitted = transform(_best_fit(at_start, walls), at_start)
+    rms_start = _rms(walls.distances(transform(np.array(start), points)))
+    fitted = transform(align(drawn, track, start), points)
     distances = walls.distances(fitted)
     return MapError(
         points=len(points),
@@ -65,8 +63,18 @@ def check_map(drawn: OccupancyMap, track: Track, start: tuple[float, float, floa
     )
 
 
-def _walls(track: Track) -> list[tuple[FloatArray, bool]]:
-    return list(zip(track.walls, track.visible, strict=True))
+def align(drawn: OccupancyMap, track: Track, start: tuple[float, float, float]) -> FloatArray:
+    """(3,) pose of the map's frame in the track's by the best rigid fit of its walls, near where `start` (base_link
+    in the track's frame) lays it."""
+    known = np.array(drawn.start or (0.0, 0.0, 0.0))
+    first = compose(np.array(start), between(known, np.zeros(3)))
+    at_start = transform(first, drawn.wall_points())
+    return compose(_best_fit(at_start, _walls_of(track)), first)
+
+
+def _walls_of(track: Track) -> _Walls:
+    seen = [wall for wall, visible in zip(track.walls, track.visible, strict=True) if visible]
+    return _Walls(np.vstack([np.hstack([wall[:-1], wall[1:]]) for wall in seen]))
 
 
 class _Walls:

@@ -140,6 +140,11 @@ def _no_loop(mapper: Mapper) -> str:
     if not mapper.keyframes:
         return "no scans"
     end = mapper.keyframes[-1].pose
+    if mapper.poor > 0.2 * len(mapper.keyframes):
+        return (
+            f"{mapper.poor} of {len(mapper.keyframes)} scans match nothing before them, and no loop closes; expected "
+            "scans of walls, dense enough to see their direction (beams less than about 4 degrees apart)"
+        )
     return (
         f"no loop closes in {mapper.travelled:.1f} m: the last scan lies {np.hypot(end[0], end[1]):.1f} m from the "
         "first; expected a drive that passes where it has been, in the same direction, for some metres"
