@@ -76,12 +76,13 @@ nb::tuple match_cloud(const Rows& rows, const maps::ReferenceCloud& reference, c
 nb::tuple search_field(const maps::LikelihoodField& field, const Rows& rows, const nb::tuple& guess, double radius,
                        double angle, double step, double turn) {
   if (!(step > 0.0) || !(turn > 0.0)) throw std::invalid_argument("step and turn must be above 0");
-  const std::vector<CloudPoint> cloud = to_cloud(rows);
+  std::vector<maps::Beam> beams;
+  for (const CloudPoint& p : to_cloud(rows)) beams.push_back({static_cast<float>(p.x), static_cast<float>(p.y)});
   const Pose2 from = to_pose(guess);
   maps::SearchResult found;
   {
     const nb::gil_scoped_release release;
-    found = maps::search(cloud, field, from, {radius, angle, step, turn});
+    found = maps::search(beams, field, from, {radius, angle, step, turn});
   }
   return nb::make_tuple(as_tuple(found.pose), found.fit);
 }

@@ -128,10 +128,10 @@ LikelihoodField field_of(std::span<const CloudPoint> points, double resolution) 
   return {occupied, columns, rows, resolution, {x0 - margin, y0 - margin, 0.0}};
 }
 
-SearchResult search(std::span<const CloudPoint> cloud, const LikelihoodField& field, const Pose2& guess,
+SearchResult search(std::span<const Beam> beams, const LikelihoodField& field, const Pose2& guess,
                     const SearchWindow& window) noexcept {
   SearchResult best{guess, -1.0};
-  if (cloud.empty()) return {guess, 0.0};
+  if (beams.empty()) return {guess, 0.0};
   const Pose2 from = field.to_field(guess);
   const int steps = static_cast<int>(std::clamp(window.radius / window.step, 0.0, 200.0));
   const int turns = static_cast<int>(std::clamp(window.angle / window.turn, 0.0, 200.0));
@@ -145,12 +145,11 @@ SearchResult search(std::span<const CloudPoint> cloud, const LikelihoodField& fi
         const double x = from.x + i * window.step, y = from.y + j * window.step;
         const auto xf = static_cast<float>(x), yf = static_cast<float>(y);
         int fitting = 0;
-        for (const CloudPoint& p : cloud) {
-          const auto px = static_cast<float>(p.x), py = static_cast<float>(p.y);
-          fitting += field.distance_mm(xf + c * px - s * py, yf + s * px + c * py) <= limit_mm;
+        for (const Beam& b : beams) {
+          fitting += field.distance_mm(xf + c * b.x - s * b.y, yf + s * b.x + c * b.y) <= limit_mm;
         }
         // Of equals the one nearest to the guess.
-        const double fit = fitting / static_cast<double>(cloud.size()) - 1e-6 * (i * i + j * j + k * k);
+        const double fit = fitting / static_cast<double>(beams.size()) - 1e-6 * (i * i + j * j + k * k);
         if (fit > best.fit) best = {{x, y, yaw}, fit};
       }
     }

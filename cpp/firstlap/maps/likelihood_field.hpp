@@ -12,6 +12,10 @@
 
 namespace firstlap::maps {
 
+struct Beam {
+  float x = 0.0F, y = 0.0F;  // [m] of a return, in base_link
+};
+
 inline constexpr int farthest_mm = 2000;  // distances end here
 
 class LikelihoodField {
@@ -55,8 +59,8 @@ class LikelihoodField {
 // A field round a few clouds in one frame, for a coarse search.
 LikelihoodField field_of(std::span<const CloudPoint> points, double resolution);
 
-// Where the cloud fits best within `radius` [m] and `angle` [rad] of `guess`, tried on a raster of `step` [m] and
-// `turn` [rad]; `fit` is the share of points within one step of a wall.
+// Where the beams fit best within `radius` [m] and `angle` [rad] of `guess`, tried on a raster of `step` [m] and
+// `turn` [rad]; `fit` is the share of beams that end within one step of a wall.
 struct SearchResult {
   Pose2 pose{};
   double fit = 0.0;
@@ -64,7 +68,7 @@ struct SearchResult {
 struct SearchWindow {
   double radius, angle, step, turn;
 };
-SearchResult search(std::span<const CloudPoint> cloud, const LikelihoodField& field, const Pose2& guess,
+SearchResult search(std::span<const Beam> beams, const LikelihoodField& field, const Pose2& guess,
                     const SearchWindow& window) noexcept;
 
 }  // namespace firstlap::maps

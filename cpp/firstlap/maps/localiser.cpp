@@ -1,6 +1,7 @@
 #include "firstlap/maps/localiser.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -14,6 +15,7 @@ namespace {
 constexpr double longest_step = 0.5;  // [s] a longer pause counts as this
 constexpr double fastest = 30.0;      // [m/s] and [rad/s]: more is no measurement
 constexpr std::size_t fewest_beams = 5;
+constexpr double raster_near = 0.12, raster_far = 0.24;  // [m], and half of it in [rad]
 
 const LocaliserParams& validated(const LocaliserParams& params) {
   validate(params);
@@ -56,7 +58,7 @@ void Localiser::start(const Pose2& pose) noexcept {
   filter_.scatter({pose_, params_.filter.start_radius, params_.filter.start_angle});
   estimate_ = {};
   estimate_.pose = pose;
-  usual_fit_ = bad_time_ = good_time_ = 0.0;
+  tight_fit_ = usual_fit_ = bad_time_ = good_time_ = 0.0;
   started_ = true;
   moving_ = false;
 }
@@ -77,7 +79,7 @@ Estimate Localiser::step(const LaserScan& scan, const VehicleState& state, doubl
     judge(filter_.cluster(), dt);
     resample();
   } else {
-    estimate_.fit = 0.0;  // blind: odometry alone, and soon lost
+    estimate_.fit = tight_fit_ = 0.0;  // blind: odometry alone, and soon lost
     judge({.pose = pose_, .std = estimate_.std, .std_yaw = estimate_.std_yaw, .share = 1.0}, dt);
   }
   estimate_.pose = field_.to_map(pose_);
@@ -105,14 +107,14 @@ bool Localiser::choose_beams(const LaserScan& scan, const VehicleState& state) n
 void Localiser::locate() noexcept {
   filter_.weigh(beams_.span(), estimate_.searching);
   const Cluster cluster = filter_.cluster();
-  const double near = 0.5 * params_.lost.fit_distance;
   const Pose2 finer = refined(dense_.span(), field_, cluster.pose, params_.refine);
   const Pose2 tracked = refined(dense_.span(), field_, pose_, params_.refine);
-  const auto fit = [&](const Pose2& pose) { return fit_of(dense_.span(), field_, pose, near); };
+  const auto fit = [&](const Pose2& pose) { return fit_of(dense_.span(), field_, pose, params_.lost.fit_tight); };
   const double of_mean = fit(cluster.pose), of_finer = fit(finer), of_tracked = fit(tracked);
   const bool close = norm(tracked.x - cluster.pose.x, tracked.y - cluster.pose.y) < params_.filter.cluster_radius;
   pose_ = of_finer >= of_mean ? finer : cluster.pose;
   if (close && of_tracked > std::max(of_finer, of_mean)) pose_ = tracked;
+  tight_fit_ = fit(pose_);
   estimate_.fit = fit_of(dense_.span(), field_, pose_, params_.lost.fit_distance);
 }
 
@@ -120,9 +122,9 @@ void Localiser::judge(const Cluster& cluster, double dt) noexcept {
   const LostParams& p = params_.lost;
   estimate_.std = cluster.std;
   estimate_.std_yaw = cluster.std_yaw;
-  const bool odd = estimate_.fit < p.fit_search || estimate_.fit < usual_fit_ - p.fit_drop;
+  const bool odd = estimate_.fit < p.fit_search || tight_fit_ < usual_fit_ - p.fit_drop;
   estimate_.searching = odd || cluster.std > p.std_search || cluster.share < 0.5;
-  usual_fit_ += (odd ? 0.005 : 0.05) * (estimate_.fit - usual_fit_);
+  usual_fit_ += (odd ? 0.005 : 0.05) * (tight_fit_ - usual_fit_);
   const bool bad = estimate_.fit < p.fit_lost || cluster.std > p.std_lost;
   bad_time_ = bad ? bad_time_ + dt : 0.0;
   good_time_ = estimate_.searching ? 0.0 : good_time_ + dt;
@@ -132,12 +134,20 @@ void Localiser::judge(const Cluster& cluster, double dt) noexcept {
 
 void Localiser::resample() noexcept {
   const FilterParams& p = params_.filter;
-  const auto count = static_cast<std::size_t>(estimate_.searching ? p.particles_max : p.particles_min);
-  if (estimate_.searching) {
-    filter_.resample(count, std::min(0.5, 6.0 * p.explorers), {pose_, p.search_radius, p.search_angle});
-  } else {
-    filter_.resample(count, p.explorers, {pose_, p.explorer_radius, p.explorer_angle});
+  if (!estimate_.searching) {
+    const std::array around{Spread{pose_, p.explorer_radius, p.explorer_angle, p.explorers}};
+    filter_.resample(static_cast<std::size_t>(p.particles_min), around);
+    return;
   }
+  // A raster finds in one scan what random explorers would need many for: near every time, far every fourth.
+  const bool far = ++searches_ % 4 == 0;
+  const double radius = far ? p.search_radius : p.explorer_radius, angle = far ? p.search_angle : p.explorer_angle;
+  const double step = far ? raster_far : raster_near;
+  const Pose2 found = search(beams_.span(), field_, field_.to_map(pose_), {radius, angle, step, 0.5 * step}).pose;
+  const std::array fresh{Spread{field_.to_field(found), step, 0.5 * step, p.explorers},
+                         Spread{pose_, p.explorer_radius, p.explorer_angle, 2.0 * p.explorers},
+                         Spread{pose_, p.search_radius, p.search_angle, 3.0 * p.explorers}};
+  filter_.resample(static_cast<std::size_t>(p.particles_max), fresh);
 }
 
 }  // namespace firstlap::maps

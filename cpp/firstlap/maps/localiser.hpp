@@ -61,7 +61,8 @@ class Localiser {
   Pose2 pose_{};                // in the field's frame
   VehicleState last_{};
   Estimate estimate_{};
-  double usual_fit_ = 0.0;
+  double tight_fit_ = 0.0, usual_fit_ = 0.0;  // share of the scan very near to walls, now and on average
+  int searches_ = 0;
   double bad_time_ = 0.0, good_time_ = 0.0;
   bool started_ = false, moving_ = false;
 };

@@ -225,6 +225,7 @@ struct LostParams {
   double fit_distance = 0.2;
   double fit_search = 0.7;
   double fit_lost = 0.55;
+  double fit_tight = 0.06;
   double fit_drop = 0.15;
   double lost_time = 0.25;
   double found_time = 0.1;
@@ -236,7 +237,8 @@ struct LostParams {
     return std::tuple{
         Field{"fit_distance", &P::fit_distance, "m", 0.02, 1.0, "a point this near to the map fits"},
         Field{"fit_search", &P::fit_search, "", 0.0, 1.0, "below this share of fitting points the filter searches"},
-        Field{"fit_drop", &P::fit_drop, "", 0.0, 1.0, "or this far below its own average"},
+        Field{"fit_tight", &P::fit_tight, "m", 0.01, 1.0, "a point this near fits tightly"},
+        Field{"fit_drop", &P::fit_drop, "", 0.0, 1.0, "so does one whose tight fit falls this far below its own average"},
         Field{"fit_lost", &P::fit_lost, "", 0.0, 1.0, "and below this share it is lost"},
         Field{"lost_time", &P::lost_time, "s", 0.0, 5.0, "when that lasts so long"},
         Field{"found_time", &P::found_time, "s", 0.0, 5.0, "and found again when all is well for so long"},
@@ -247,7 +249,7 @@ struct LostParams {
 };
 
 struct LocaliserParams {
-  CloudParams cloud{};
+  CloudParams cloud{.range_use = 30.0};
   MotionParams motion{};
   FilterParams filter{};
   RefineParams refine{};

@@ -124,21 +124,21 @@ Cluster ParticleFilter::cluster() const noexcept {
   return mean_round(mean_round({best->x, best->y, best->yaw}).pose);
 }
 
-void ParticleFilter::resample(std::size_t count, double explorers, const Spread& spread) noexcept {
+void ParticleFilter::resample(std::size_t count, std::span<const Spread> fresh) noexcept {
   if (particles_.empty()) return;
   count = std::min(count, drawn_.capacity());
-  const auto fresh = static_cast<std::size_t>(explorers * static_cast<double>(count));
-  const std::size_t kept = count - fresh;
   drawn_.clear();
+  for (const Spread& spread : fresh) {
+    const auto wanted = static_cast<std::size_t>(spread.share * static_cast<double>(count));
+    for (std::size_t k = 0; k < wanted && drawn_.size() < count; ++k) drawn_.push(drawn(spread));
+  }
   // Low variance: one random number, equal steps through the weights.
-  const double step = 1.0 / static_cast<double>(std::max<std::size_t>(kept, 1));
+  const double step = 1.0 / static_cast<double>(std::max<std::size_t>(count - drawn_.size(), 1));
   double target = step * rng_.uniform(), sum = particles_[0].weight;
-  std::size_t i = 0;
-  for (std::size_t k = 0; k < kept; ++k, target += step) {
+  for (std::size_t i = 0; drawn_.size() < count; target += step) {
     while (sum < target && i + 1 < particles_.size()) sum += particles_[++i].weight;
     drawn_.push(particles_[i]);
   }
-  for (std::size_t k = 0; k < fresh; ++k) drawn_.push(drawn(spread));
   std::swap(particles_, drawn_);
 }
 

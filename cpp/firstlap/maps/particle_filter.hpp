@@ -15,14 +15,11 @@
 
 namespace firstlap::maps {
 
-struct Beam {
-  float x = 0.0F, y = 0.0F;  // [m] of the return, in base_link
-};
-
 // Where to scatter particles: a disc of positions and headings to both sides.
 struct Spread {
   Pose2 centre{};
   double radius = 0.0, angle = 0.0;
+  double share = 1.0;  // of all particles
 };
 
 struct Cluster {
@@ -45,8 +42,8 @@ class ParticleFilter {
   // `searching` takes the wide likelihood.
   void weigh(std::span<const Beam> beams, bool searching) noexcept;
   [[nodiscard]] Cluster cluster() const noexcept;
-  // Draws `count` by weight, `explorers` of which (a share) anew from the spread.
-  void resample(std::size_t count, double explorers, const Spread& spread) noexcept;
+  // `count` in all: their shares of the spreads anew, the rest drawn by weight.
+  void resample(std::size_t count, std::span<const Spread> fresh) noexcept;
 
   [[nodiscard]] std::size_t size() const noexcept { return particles_.size(); }
 
