@@ -194,7 +194,10 @@ void bind_localisation(nb::module_& m) {
           },
           nb::arg("x"), nb::arg("y"), nb::arg("yaw"), "base_link is about here, in the map's frame [m, rad].")
       .def(
-          "displace", [](maps::Localiser& self, double x, double y, double yaw) { self.displace({x, y, yaw}); },
+          "displace",
+          [](maps::Localiser& self, double x, double y, double yaw) {
+            self.displace({x, y, yaw});
+          },
           nb::arg("x"), nb::arg("y"), nb::arg("yaw"), "Shifts all that it believes, in base_link: a kidnapped car.")
       .def("step", &step, nb::arg("ranges").noconvert(), nb::arg("speed"), nb::arg("yaw_rate"),
            nb::arg("steering_angle"), nb::arg("dt"), nb::arg("angle_min"), nb::arg("angle_increment"),

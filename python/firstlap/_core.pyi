@@ -457,6 +457,9 @@ class Localiser:
     def start(self, x: float, y: float, yaw: float) -> None:
         """base_link is about here, in the map's frame [m, rad]."""
 
+    def displace(self, x: float, y: float, yaw: float) -> None:
+        """Shifts all that it believes, in base_link: a kidnapped car."""
+
     def step(self, ranges: Annotated[NDArray[numpy.float32], dict(shape=(None,), order='C', device='cpu', writable=False)], speed: float, yaw_rate: float, steering_angle: float, dt: float, angle_min: float, angle_increment: float, time_increment: float, range_min: float, range_max: float) -> tuple:
         """
         x, y, yaw, std, std_yaw, fit, searching, lost for a float32 scan. Releases the GIL.

@@ -58,9 +58,9 @@ void Localiser::start(const Pose2& pose) noexcept {
   filter_.scatter({pose_, params_.filter.start_radius, params_.filter.start_angle});
   estimate_ = {};
   estimate_.pose = pose;
-  tight_fit_ = usual_fit_ = bad_time_ = good_time_ = 0.0;
+  tight_fit_ = usual_fit_ = average_fit_ = good_time_ = 0.0;
   started_ = true;
-  moving_ = false;
+  moving_ = was_found_ = jumped_ = false;
 }
 
 void Localiser::displace(const Pose2& by) noexcept {
@@ -112,8 +112,10 @@ void Localiser::locate() noexcept {
   const auto fit = [&](const Pose2& pose) { return fit_of(dense_.span(), field_, pose, params_.lost.fit_tight); };
   const double of_mean = fit(cluster.pose), of_finer = fit(finer), of_tracked = fit(tracked);
   const bool close = norm(tracked.x - cluster.pose.x, tracked.y - cluster.pose.y) < params_.filter.cluster_radius;
+  const Pose2 expected = pose_;
   pose_ = of_finer >= of_mean ? finer : cluster.pose;
   if (close && of_tracked > std::max(of_finer, of_mean)) pose_ = tracked;
+  jumped_ = norm(pose_.x - expected.x, pose_.y - expected.y) > params_.lost.jump;
   tight_fit_ = fit(pose_);
   estimate_.fit = fit_of(dense_.span(), field_, pose_, params_.lost.fit_distance);
 }
@@ -125,11 +127,15 @@ void Localiser::judge(const Cluster& cluster, double dt) noexcept {
   const bool odd = estimate_.fit < p.fit_search || tight_fit_ < usual_fit_ - p.fit_drop;
   estimate_.searching = odd || cluster.std > p.std_search || cluster.share < 0.5;
   usual_fit_ += (odd ? 0.005 : 0.05) * (tight_fit_ - usual_fit_);
-  const bool bad = estimate_.fit < p.fit_lost || cluster.std > p.std_lost;
-  bad_time_ = bad ? bad_time_ + dt : 0.0;
-  good_time_ = estimate_.searching ? 0.0 : good_time_ + dt;
-  if (bad_time_ >= p.lost_time && bad) estimate_.lost = true;
-  if (good_time_ >= p.found_time && !estimate_.searching) estimate_.lost = false;
+  const double weight = was_found_ ? 1.0 - std::exp(-dt / p.fit_time) : 1.0;
+  average_fit_ += weight * ((jumped_ && was_found_ ? 0.0 : estimate_.fit) - average_fit_);
+  good_time_ = estimate_.searching || jumped_ ? 0.0 : good_time_ + dt;
+  if (average_fit_ < p.fit_lost || cluster.std > p.std_lost) {
+    estimate_.lost = true;
+  } else if (good_time_ >= (was_found_ ? p.found_again_time : p.found_time)) {
+    estimate_.lost = false;
+    was_found_ = true;
+  }
 }
 
 void Localiser::resample() noexcept {

@@ -63,8 +63,8 @@ class Localiser {
   Estimate estimate_{};
   double tight_fit_ = 0.0, usual_fit_ = 0.0;  // share of the scan very near to walls, now and on average
   int searches_ = 0;
-  double bad_time_ = 0.0, good_time_ = 0.0;
-  bool started_ = false, moving_ = false;
+  double average_fit_ = 0.0, good_time_ = 0.0;
+  bool started_ = false, moving_ = false, was_found_ = false, jumped_ = false;
 };
 
 }  // namespace firstlap::maps

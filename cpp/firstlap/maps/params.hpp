@@ -162,16 +162,16 @@ struct MotionParams {
 };
 
 struct FilterParams {
-  int particles_min = 1000;
+  int particles_min = 2000;
   int particles_max = 4000;
-  int beams = 54;
-  double sigma_hit = 0.1;
+  int beams = 60;
+  double sigma_hit = 0.08;
   double sigma_search = 0.3;
   double noise_floor = 0.05;
-  double weight_power = 0.3;
+  double weight_power = 0.5;
   double start_radius = 2.2;
   double start_angle = 0.9;
-  double explorers = 0.05;
+  double explorers = 0.08;
   double explorer_radius = 0.7;
   double explorer_angle = 0.25;
   double search_radius = 2.2;
@@ -204,7 +204,7 @@ struct FilterParams {
 
 struct RefineParams {
   int iterations = 10;
-  int points = 150;
+  int points = 250;
   double sigma = 0.05;
   double reach = 0.4;
   double prior = 0.05;
@@ -222,13 +222,15 @@ struct RefineParams {
 };
 
 struct LostParams {
-  double fit_distance = 0.2;
-  double fit_search = 0.7;
-  double fit_lost = 0.55;
+  double fit_distance = 0.1;
+  double fit_search = 0.8;
   double fit_tight = 0.06;
-  double fit_drop = 0.15;
-  double lost_time = 0.25;
+  double fit_drop = 0.07;
+  double fit_lost = 0.75;
+  double fit_time = 0.5;
+  double jump = 0.5;
   double found_time = 0.1;
+  double found_again_time = 0.5;
   double std_search = 0.4;
   double std_lost = 0.7;
 
@@ -238,10 +240,13 @@ struct LostParams {
         Field{"fit_distance", &P::fit_distance, "m", 0.02, 1.0, "a point this near to the map fits"},
         Field{"fit_search", &P::fit_search, "", 0.0, 1.0, "below this share of fitting points the filter searches"},
         Field{"fit_tight", &P::fit_tight, "m", 0.01, 1.0, "a point this near fits tightly"},
-        Field{"fit_drop", &P::fit_drop, "", 0.0, 1.0, "so does one whose tight fit falls this far below its own average"},
-        Field{"fit_lost", &P::fit_lost, "", 0.0, 1.0, "and below this share it is lost"},
-        Field{"lost_time", &P::lost_time, "s", 0.0, 5.0, "when that lasts so long"},
-        Field{"found_time", &P::found_time, "s", 0.0, 5.0, "and found again when all is well for so long"},
+        Field{"fit_drop", &P::fit_drop, "", 0.0, 1.0,
+              "it also searches where the tight fit is this far below its own average"},
+        Field{"fit_lost", &P::fit_lost, "", 0.0, 1.0, "it is lost where the share, averaged, is below this"},
+        Field{"fit_time", &P::fit_time, "s", 0.01, 10.0, "time of that average"},
+        Field{"jump", &P::jump, "m", 0.05, 10.0, "a pose this far from odometry's fits nothing"},
+        Field{"found_time", &P::found_time, "s", 0.0, 5.0, "it is found when nothing is odd for so long"},
+        Field{"found_again_time", &P::found_again_time, "s", 0.0, 5.0, "or for so long, if it was found before"},
         Field{"std_search", &P::std_search, "m", 0.01, 5.0, "particles spread wider than this: search"},
         Field{"std_lost", &P::std_lost, "m", 0.01, 5.0, "particles spread wider than this: lost"},
     };

@@ -9,6 +9,7 @@ import typer
 from firstlap import __version__
 from firstlap.cli import bench, check, explain, race, replay, survey, tracks
 from firstlap.cli.common import fail
+from firstlap.cli.localise import localise
 from firstlap.cli.map import map_command
 from firstlap.cli.process import (
     Commands,
@@ -36,6 +37,7 @@ app.command("replay")(replay.replay)
 app.command("check")(check.check)
 app.command("tracks")(tracks.tracks)
 app.command("map")(map_command)
+app.command("localise")(localise)
 app.command("bench")(bench.bench)
 
 

@@ -86,9 +86,7 @@ class Localiser:
         """
         return Estimate(*self.core.step(ranges, speed, yaw_rate, steering_angle, dt, *header))
 
-    def predict(
-        self, at: Estimate, speed: float, yaw_rate: float, time: float
-    ) -> tuple[float, float, float]:
+    def predict(self, at: Estimate, speed: float, yaw_rate: float, time: float) -> tuple[float, float, float]:
         """The pose `time` seconds after the estimate: where a command meets the car that computing has delayed."""
         x, y, yaw = self.core.predict(at.x, at.y, at.yaw, speed, yaw_rate, time)
         return x, y, yaw

@@ -52,4 +52,3 @@ class MappingDrive:
 
 
 HINT = "--set drive.speed=1.5"
-

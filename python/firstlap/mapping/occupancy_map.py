@@ -101,9 +101,11 @@ def write_map(drawn: OccupancyMap, path: str | Path) -> Path:
         "mode: trinary",
     ]
     if drawn.start is not None:
-        lines += ["# base_link at the start, x, y, yaw: where a lap begins and which way round it goes.",
-                  "starting_positions:",
-                  f"  - [{', '.join(f'{round(value, 6) + 0.0:g}' for value in drawn.start)}]"]
+        lines += [
+            "# base_link at the start, x, y, yaw: where a lap begins and which way round it goes.",
+            "starting_positions:",
+            f"  - [{', '.join(f'{round(value, 6) + 0.0:g}' for value in drawn.start)}]",
+        ]
     write_together(
         {
             picture: b"P5\n# written by firstlap map\n%d %d\n255\n" % (columns, rows) + pixels,
@@ -122,6 +124,4 @@ def read_map(path: str | Path) -> OccupancyMap:
     cells[free_pixels(gray, header, [])] = FREE
     cells[occupied_pixels(gray, header)] = OCCUPIED
     start = header.starting_positions[0] if header.starting_positions else None
-    return OccupancyMap(
-        np.ascontiguousarray(cells[::-1]), header.resolution, header.origin, start, source=str(path)
-    )
+    return OccupancyMap(np.ascontiguousarray(cells[::-1]), header.resolution, header.origin, start, source=str(path))
