@@ -121,7 +121,8 @@ def follow(
     localiser = Localiser(known, car, seed, params)
     localiser.start(_wrong_start(known, wrong, rng))
     period = 1.0 / float(car.core.get("lidar", "rate"))  # type: ignore[arg-type]
-    truth, speed, said, took, kidnapped = [], [], [], [], []
+    truth, speed, took, kidnapped = [], [], [], []
+    said: list[Estimate] = []
     next_kidnap = wrong.every
     while race.advance(1):
         if wrong.kidnap and race.time > next_kidnap:

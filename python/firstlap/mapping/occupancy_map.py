@@ -41,7 +41,7 @@ class OccupancyMap:
     def wall_points(self) -> FloatArray:
         """(N, 2) centres of the occupied cells in the map's frame [m]."""
         rows, columns = np.nonzero(self.cells == OCCUPIED)
-        centres = (np.column_stack([columns, rows]) + 0.5) * self.resolution
+        centres: FloatArray = (np.column_stack([columns, rows]).astype(np.float64) + 0.5) * self.resolution
         return transform(np.array(self.origin), centres)
 
     def field(self) -> _core.LikelihoodField:
