@@ -12,6 +12,7 @@ from rich.table import Table
 from firstlap import __version__
 from firstlap.car_file import load_car
 from firstlap.cli.common import CarOption, JsonOption, SetupOption, chosen_setup, console, print_json, progress_bar
+from firstlap.cli.recording import DriveTopic, ImuTopic, OdomTopic, ScanTopic, SpeedOption, read
 from firstlap.errors import InputError
 from firstlap.output import check_writable
 
@@ -31,6 +32,11 @@ def map_command(
     car: CarOption = "default",
     seed: Annotated[int, typer.Option("--seed", min=0, help="Of everything random.")] = 1,
     check: Annotated[bool, typer.Option("--check", help="Compare the map with the track's true walls.")] = False,
+    scan_topic: ScanTopic = None,
+    odom_topic: OdomTopic = None,
+    imu_topic: ImuTopic = None,
+    drive_topic: DriveTopic = None,
+    speed: SpeedOption = None,
     plot: Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Write a picture of the map.")] = None,
     as_json: JsonOption = False,
 ) -> int:
@@ -38,7 +44,8 @@ def map_command(
     from firstlap.mapping.make import MapResult, map_observations, map_track
     from firstlap.mapping.occupancy_map import MAP_SUFFIXES, write_map
     from firstlap.mapping.parameters import map_settings
-    from firstlap.mapping.recording import is_recording, read_recording
+    from firstlap.mapping.recording import car_of, check_odometry, is_recording, observations
+    from firstlap.recordings import Topics
 
     check_writable(output, MAP_SUFFIXES)
     check_writable(output.with_suffix(".pgm"), (".pgm",))
@@ -47,6 +54,12 @@ def map_command(
 
         check_writable(plot, PICTURES)
     settings, chosen_car, chosen = map_settings(changes), load_car(car), chosen_setup(setup, None)
+    recording = None
+    if is_recording(source):
+        if check:
+            raise InputError(f"{source}: --check needs a track, whose true walls are known; this is a recording")
+        recording = read(Path(source), Topics(scan_topic, odom_topic, imu_topic, drive_topic, None, speed))
+        check_odometry(recording)
     with progress_bar() as bar:
         task = bar.add_task("mapping", total=1.0)
 
@@ -55,15 +68,12 @@ def map_command(
 
         error = None
         result: MapResult
-        if is_recording(source):
-            if check:
-                raise InputError(f"{source}: --check needs a track, whose true walls are known; this is a recording")
-            recording = read_recording(source, chosen_car)
+        if recording is not None:
             result = map_observations(
-                recording.observations(),
-                recording.car,
+                observations(recording),
+                car_of(recording, chosen_car),
                 name=source,
-                total=recording.scans,
+                total=len(recording),
                 settings=settings,
                 look=look,
             )

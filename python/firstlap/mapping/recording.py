@@ -1,100 +1,71 @@
-"""Recordings as what a mapper sees."""
+"""Recordings as what a mapper sees: scans, and odometry from the recorded speed and yaw rate."""
 
 from __future__ import annotations
 
-import zipfile
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from firstlap import _core
 from firstlap.car_file import Car
 from firstlap.errors import InputError
-from firstlap.mapping.observation import Observation, Scan
+from firstlap.mapping.observation import Observation, Scan, motion_of
 from firstlap.mapping.poses import between
+from firstlap.recordings import Recording
 from firstlap.tracks.track import FloatArray
 
-NEEDED = ("ranges", "angle_min", "angle_increment", "stamps")
+SUFFIXES = (".npz", ".mcap", ".db3", ".bag")
 
 
 def is_recording(source: str) -> bool:
     """Whether a command's argument names a recording rather than a track."""
-    return Path(source).suffix.lower() == ".npz"
+    path = Path(source)
+    return path.suffix.lower() in SUFFIXES or path.is_dir()
 
 
-@dataclass(frozen=True)
-class RecordedDrive:
-    """Scans with odometry poses (N, 3) at their stamps (N,) [s]."""
-
-    car: Car
-    ranges: npt.NDArray[np.float32]
-    stamps: FloatArray
-    poses: FloatArray
-    header: dict[str, float]
-
-    @property
-    def scans(self) -> int:
-        """How many there are."""
-        return len(self.ranges)
-
-    def observations(self) -> Iterator[Observation]:
-        """One after the other."""
-        for i in range(self.scans):
-            before = max(i - 1, 0)
-            motion = between(self.poses[before], self.poses[i])
-            dt = float(self.stamps[i] - self.stamps[before]) or 1.0
-            yield Observation(
-                time=float(self.stamps[i]),
-                speed=float(motion[0]) / dt,
-                yaw_rate=float(motion[2]) / dt,
-                motion=motion,
-                scan=lambda i=i: Scan(ranges=np.ascontiguousarray(self.ranges[i]), **self.header),  # type: ignore[misc]
-            )
+def check_odometry(recording: Recording) -> None:
+    """Raises InputError where nothing was recorded of how the car moved."""
+    if recording.sources.get("speed", "none") == "none" and _odometry(recording) is None:
+        raise InputError(
+            f"{recording.source}: no odometry; a map needs the car's speed and yaw rate, or its Ackermann commands"
+        )
 
 
-def read_recording(path: str, car: Car) -> RecordedDrive:
-    """A `.npz` with ranges, angle_min, angle_increment, stamps and odom (stamp, x, y, yaw). Raises InputError."""
-    try:
-        with np.load(path, allow_pickle=False) as data:
-            return _from_arrays({name: data[name] for name in data.files}, path, car)
-    except (OSError, ValueError, zipfile.BadZipFile, EOFError) as error:
-        if isinstance(error, FileNotFoundError):
-            raise InputError(f"{path}: no such file") from None
-        raise InputError(f"{path}: not a recording ({error}); expected a numpy .npz") from None
-
-
-def _from_arrays(data: dict[str, npt.NDArray[Any]], path: str, car: Car) -> RecordedDrive:
-    missing = [name for name in NEEDED if name not in data]
-    if missing:
-        raise InputError(f"{path}: no '{missing[0]}'; a recording has {', '.join(NEEDED)}")
-    ranges, stamps = data["ranges"], data["stamps"]
-    if ranges.ndim != 2 or len(ranges) < 2 or len(stamps) != len(ranges):
-        raise InputError(f"{path}: no scans; expected ranges (N, beams) and stamps (N,), at least 2")
-    if not (np.diff(stamps) > 0).all():
-        raise InputError(f"{path}: stamps do not increase")
-    columns = str(data.get("odom_columns", "")).split(",")
-    if "odom" not in data or columns[:4] != ["stamp", "x", "y", "yaw"] or len(data["odom"]) < 2:
-        raise InputError(f"{path}: no odometry; expected odom with columns stamp, x, y, yaw")
-    odom = data["odom"]
-    yaw = np.unwrap(odom[:, 3])
-    poses = np.column_stack([np.interp(stamps, odom[:, 0], values) for values in (odom[:, 1], odom[:, 2], yaw)])
-    header = {
-        "angle_min": float(data["angle_min"]),
-        "angle_increment": float(data["angle_increment"]),
-        "time_increment": float(data.get("time_increment", 0.0)),
-        "range_min": float(data.get("range_min", 0.02)),
-        "range_max": float(data.get("range_max", 30.0)),
-    }
-    return RecordedDrive(_with_laser(car, data), ranges.astype(np.float32), stamps, poses, header)
-
-
-def _with_laser(car: Car, data: dict[str, npt.NDArray[Any]]) -> Car:
-    if "laser_x_in_base" not in data:
+def car_of(recording: Recording, car: Car) -> Car:
+    """The car with its laser where the recording says it is."""
+    if recording.laser_x is None:
         return car
     core = _core.Car(car.core)
-    core.set("geometry", "laser_x", float(data["laser_x_in_base"]))
+    core.set("geometry", "laser_x", recording.laser_x)
     return Car(car.name, core, car.source)
+
+
+def observations(recording: Recording) -> Iterator[Observation]:
+    """One after the other. Poses count only where they are odometry's, never where they are a map's."""
+    poses = _odometry(recording)
+    motions = _from_states(recording) if poses is None else np.vstack([np.zeros(3), between(poses[:-1], poses[1:])])
+    for i, ranges in enumerate(recording.ranges):
+        header = [float(value) for value in recording.headers[i]]
+        yield Observation(
+            time=float(recording.stamps[i]),
+            speed=float(recording.speed[i]),
+            yaw_rate=float(recording.yaw_rate[i]),
+            motion=motions[i],
+            scan=lambda ranges=ranges, header=header: Scan(  # type: ignore[misc]
+                np.ascontiguousarray(ranges, dtype=np.float32), *header
+            ),
+        )
+
+
+def _odometry(recording: Recording) -> FloatArray | None:
+    """(N, 3) poses by odometry, where the recording has them."""
+    return recording.poses if recording.odometry is None and recording.frame == "odom" else recording.odometry
+
+
+def _from_states(recording: Recording) -> FloatArray:
+    states = recording.states
+    mean = 0.5 * (states[1:] + states[:-1])
+    dts = np.diff(recording.stamps)
+    steps = [motion_of(speed, rate, dt) for (speed, rate, _), dt in zip(mean, dts, strict=True)]
+    return np.vstack([np.zeros(3), *steps])
