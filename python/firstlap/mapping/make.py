@@ -20,6 +20,7 @@ from firstlap.setup_file import Setup, load_setup
 from firstlap.tracks.track import FloatArray, Track
 
 SCANS_PER_LOOK = 40
+ROUNDS = 2  # a second, from better poses and with odometry's scale known
 
 
 class Look(Protocol):
@@ -42,6 +43,7 @@ class MapResult:
     before: FloatArray
     mapper: Mapper
     edges: int
+    odometry_scale: float
 
     def to_dict(self) -> dict[str, Any]:
         """As `firstlap map --json` prints it."""
@@ -55,6 +57,7 @@ class MapResult:
             "matches": self.edges,
             "loops": len(self.mapper.loops),
             "poor_matches": self.mapper.poor,
+            "odometry_scale": round(self.odometry_scale, 5),
             "moved_by_loop": round(float(moved.max()), 4),
             "resolution": self.map.resolution,
             "columns": columns,
@@ -118,14 +121,17 @@ def map_observations(
 def finish(mapper: Mapper, laser_x: float, look: Look = _look_away) -> MapResult:
     """Pose graph and drawing, after the last scan. Raises InputError."""
     count = len(mapper.keyframes)
-    look("closing the loop", 0, 1)
     before = np.array([keyframe.pose for keyframe in mapper.keyframes])
-    edges = mapper.edges()
-    poses = optimise(mapper, edges)
+    poses, scale, edges = before, 1.0, []
+    for turn in range(ROUNDS):
+        look("closing the loop", turn, ROUNDS)
+        edges = mapper.edges(poses)
+        scale = mapper.odometry_scale(edges)
+        poses = optimise(mapper, edges, poses, scale)
     drawn = draw_map(
         mapper.keyframes, poses, laser_x, mapper.settings, lambda number: look("drawing", number + 1, count)
     )
-    return MapResult(drawn, poses, before, mapper, len(edges))
+    return MapResult(drawn, poses, before, mapper, len(edges), scale)
 
 
 def _run(mapper: Mapper, observations: Iterable[Observation], going: Callable[[Mapper], bool]) -> Mapper:

@@ -17,6 +17,7 @@ POOR_FIT = 0.35
 NO_PRIOR = (1e6, 1e6, 1e6)
 SEARCH_STEP, SEARCH_TURN = 0.1, 0.03
 LOOP_BEHIND, LOOP_AHEAD = 6, 12
+FEWEST_RATIOS, ALONG_SHARE = 10, 0.3
 
 
 @dataclass
@@ -203,18 +204,41 @@ class Mapper:
 
     # The rest of the graph.
 
-    def edges(self) -> list[Edge]:
-        """Matches of each keyframe with those 1, 2, 4, ... before it, and the loops."""
+    def edges(self, poses: FloatArray) -> list[Edge]:
+        """Matches of each keyframe with those 1, 2, 4, ... before it, from poses (N, 3), and the loops."""
         found: list[Edge] = []
         for i, here in enumerate(self.keyframes):
-            for step in (2**k for k in range(int(self.settings.get("graph.edges")))):
+            for step in self._steps():
                 if i < step:
                     break
                 there = self.keyframes[i - step]
-                guess = tuple(between(there.pose, here.pose))
+                guess = tuple(between(poses[i - step], poses[i]))
                 pose, fit, _, information = _core.match(
                     here.cloud, there.as_reference(), guess, NO_PRIOR, self.settings.core
                 )
                 if fit >= POOR_FIT and np.hypot(pose[0] - guess[0], pose[1] - guess[1]) < 0.2:
                     found.append(Edge(i - step, i, np.array(pose), information))
         return found + self.loops
+
+    def _steps(self) -> list[int]:
+        return [2**k for k in range(int(self.settings.get("graph.edges")))]
+
+    def odometry_scale(self, edges: list[Edge]) -> float:
+        """By how much the wheels turn too little: the median over the longest matches where the walls tell the way
+        along the car as well as across it. 1 where there are too few."""
+        step = self._steps()[-1]
+        ratios = []
+        for edge in edges:
+            if edge.loop or edge.last - edge.first != step:
+                continue
+            way = np.zeros(3)
+            for keyframe in self.keyframes[edge.first + 1 : edge.last + 1]:
+                way = compose(way, keyframe.odometry)
+            length = float(np.hypot(*way[:2]))
+            if length > 0.5 * step * self.settings.get("graph.keyframe_distance") and _tells_along(edge.information):
+                ratios.append(float(way[:2] @ edge.pose[:2]) / length**2)
+        return float(np.median(ratios)) if len(ratios) >= FEWEST_RATIOS else 1.0
+
+
+def _tells_along(information: FloatArray) -> bool:
+    return bool(information[0, 0] > ALONG_SHARE * information[1, 1])
