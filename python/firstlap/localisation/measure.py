@@ -107,12 +107,13 @@ def follow(
     seed: int = 1,
     params: _core.LocaliserParams | None = None,
     disturbance: Disturbance | None = None,
+    scans: int | None = None,
     look: Callable[[_core.Race], object] | None = None,
 ) -> Followed:
     """Races the map-less driver, and lets a localiser follow from the same scans and noisy odometry.
 
     The map's frame is laid on the track's by the best fit of its walls, for measuring only; the localiser gets the
-    map's own start. Raises InputError.
+    map's own start. scans: ends the race after so many. Raises InputError.
     """
     wrong = disturbance or Disturbance()
     race = start_race(track, Racer(setup, car), car, laps=laps, seed=seed)
@@ -124,7 +125,7 @@ def follow(
     truth, speed, took, kidnapped = [], [], [], []
     said: list[Estimate] = []
     next_kidnap = wrong.every
-    while race.advance(1):
+    while race.advance(1) and (scans is None or len(said) < scans):
         if wrong.kidnap and race.time > next_kidnap:
             direction = rng.uniform(-np.pi, np.pi)
             localiser.core.displace(wrong.kidnap * np.cos(direction), wrong.kidnap * np.sin(direction), 0.0)
