@@ -10,6 +10,8 @@ from pathlib import Path
 
 from firstlap.car_file import CAR_FIELDS
 from firstlap.drivers import DRIVERS, DriverKind
+from firstlap.localisation.localiser import LOCALISER_FIELDS
+from firstlap.mapping.parameters import MAP_FIELDS
 from firstlap.mpc.params import MPC_FIELDS
 from firstlap.parameters import Field, FieldTable
 from firstlap.race import OPTION_FIELDS
@@ -73,6 +75,10 @@ def parameters() -> str:
                 chapter("Predictive control", "Of the controller that follows a line.", MPC_FIELDS),
                 "",
                 chapter("Races", "Options of `firstlap.race(..., options={...})`.", OPTION_FIELDS),
+                "",
+                chapter("Mapping", "Names of `firstlap map --set NAME=VALUE`.", MAP_FIELDS),
+                "",
+                chapter("Localisation", "Names of `firstlap localise --set NAME=VALUE`.", LOCALISER_FIELDS),
             ]
         )
         + "\n"

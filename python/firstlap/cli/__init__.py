@@ -9,6 +9,8 @@ import typer
 from firstlap import __version__
 from firstlap.cli import bench, check, compare, explain, line, race, replay, survey, tracks
 from firstlap.cli.common import fail
+from firstlap.cli.localise import localise
+from firstlap.cli.map import map_command
 from firstlap.cli.process import (
     Commands,
     InterruptedCommandError,
@@ -36,6 +38,8 @@ app.command("replay")(replay.replay)
 app.command("check")(check.check)
 app.command("tracks")(tracks.tracks)
 app.command("line")(line.line)
+app.command("map")(map_command)
+app.command("localise")(localise)
 app.command("bench")(bench.bench)
 
 
