@@ -10,8 +10,12 @@ from pathlib import Path
 
 from firstlap.car_file import CAR_FIELDS
 from firstlap.drivers import DRIVERS, DriverKind
+from firstlap.localisation.localiser import LOCALISER_FIELDS
+from firstlap.mapping.parameters import MAP_FIELDS
+from firstlap.mpc.params import MPC_FIELDS
 from firstlap.parameters import Field, FieldTable
 from firstlap.race import OPTION_FIELDS
+from firstlap.raceline.params import LINE_FIELDS
 
 ROOT = Path(__file__).resolve().parents[1]
 HEAD = """<!-- Written by `make docs` from the field tables in cpp/firstlap. Do not edit. -->
@@ -64,7 +68,17 @@ def parameters() -> str:
                     CAR_FIELDS,
                 ),
                 "",
+                chapter(
+                    "Lines", "Of `firstlap line --set NAME=VALUE`, see [the racing line](racing-line.md).", LINE_FIELDS
+                ),
+                "",
+                chapter("Predictive control", "Of the controller that follows a line.", MPC_FIELDS),
+                "",
                 chapter("Races", "Options of `firstlap.race(..., options={...})`.", OPTION_FIELDS),
+                "",
+                chapter("Mapping", "Names of `firstlap map --set NAME=VALUE`.", MAP_FIELDS),
+                "",
+                chapter("Localisation", "Names of `firstlap localise --set NAME=VALUE`.", LOCALISER_FIELDS),
             ]
         )
         + "\n"

@@ -7,6 +7,7 @@ NB_MODULE(_core, m) {
   firstlap::bindings::bind_core(m);
   firstlap::bindings::bind_drivers(m);
   firstlap::bindings::bind_sim(m);
+  firstlap::bindings::bind_maps(m);
   firstlap::bindings::bind_bench(m);
   firstlap::bindings::bind_replay(m);
 }

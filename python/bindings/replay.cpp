@@ -39,7 +39,12 @@ void check_shapes(const Floats& ranges, const Sizes& sizes, const Rows& headers,
   if (total != ranges.shape(0)) throw std::invalid_argument("sizes do not add up to the ranges");
 }
 
-nb::dict replay(Racer& racer, const Floats& ranges, const Sizes& sizes, const Rows& headers, const Rows& states,
+const Trace* trace_of(const Driver& driver) {
+  const auto* racer = dynamic_cast<const Racer*>(&driver);
+  return racer == nullptr ? nullptr : &racer->trace();
+}
+
+nb::dict replay(Driver& driver, const Floats& ranges, const Sizes& sizes, const Rows& headers, const Rows& states,
                 const Column& dts) {
   check_shapes(ranges, sizes, headers, states, dts);
   StepLog log;
@@ -52,9 +57,9 @@ nb::dict replay(Racer& racer, const Floats& ranges, const Sizes& sizes, const Ro
       const double* state = states.data() + state_columns * i;
       const LaserScan scan{h[0], h[1], h[2], h[3], h[4], {next, size}};
       const Clock::time_point begin = Clock::now();
-      const StepResult result = racer.step(scan, {state[0], state[1], state[2]}, dts.data()[i]);
+      const StepResult result = driver.step(scan, {state[0], state[1], state[2]}, dts.data()[i]);
       const std::chrono::duration<double, std::micro> spent = Clock::now() - begin;
-      log.add(result, &racer.trace(), spent.count());
+      log.add(result, trace_of(driver), spent.count());
       next += size;
     }
   }
@@ -65,65 +70,73 @@ void put_state(const VehicleState& state, std::vector<double>& rows) {
   rows.insert(rows.end(), {state.speed, state.yaw_rate, state.steering_angle});
 }
 
-// Drives a race and keeps what every scan brought.
-struct RaceLog {
-  sim::Race& race;
-  const Racer* racer;
+// A driver that keeps what it was given and what it made of it. For races that are logged, not for a car: it
+// allocates.
+class LoggedDriver final : public Driver {
+ public:
+  explicit LoggedDriver(Driver& driver) : driver_(driver) {}
 
-  nb::dict advance(int scans) {
-    StepLog log;
-    std::vector<double> time, pose, measured, truth;
-    std::vector<float> ranges;
-    std::size_t beams = 1;
-    {
-      const nb::gil_scoped_release release;
-      for (int i = 0; i < scans && !race.over(); ++i) {
-        const std::size_t before = race.result().compute_times.size();
-        race.advance();
-        if (race.result().compute_times.size() == before) break;  // it ended between two scans
-        const LaserScan scan = race.scan();
-        const Pose2 where = race.pose();
-        beams = scan.ranges.size();
-        ranges.insert(ranges.end(), scan.ranges.begin(), scan.ranges.end());
-        time.push_back(race.time());
-        pose.insert(pose.end(), {where.x, where.y, where.yaw});
-        put_state(race.measured(), measured);
-        put_state(race.state(), truth);
-        log.add(race.step_result(), racer == nullptr ? nullptr : &racer->trace(),
-                static_cast<double>(race.result().compute_times.back()));
-      }
-    }
-    nb::dict columns = log.take();
-    columns["going"] = !race.over();
-    columns["time"] = to_numpy(std::move(time));
-    columns["pose"] = to_numpy(std::move(pose), 3);
-    columns["measured"] = to_numpy(std::move(measured), state_columns);
-    columns["truth"] = to_numpy(std::move(truth), state_columns);
-    columns["ranges"] = to_numpy(std::move(ranges), beams);
+  StepResult step(const LaserScan& scan, const VehicleState& state, double dt) noexcept override {
+    const Clock::time_point begin = Clock::now();
+    const StepResult result = driver_.step(scan, state, dt);
+    const std::chrono::duration<double, std::micro> spent = Clock::now() - begin;
+    log_.add(result, trace_of(driver_), spent.count());
+    ranges_.insert(ranges_.end(), scan.ranges.begin(), scan.ranges.end());
+    beams_ = scan.ranges.size();
+    put_state(state, measured_);
+    dts_.push_back(dt);
+    return result;
+  }
+  void reset() noexcept override { driver_.reset(); }
+
+  nb::dict take() {
+    nb::dict columns = log_.take();
+    columns["ranges"] = to_numpy(std::move(ranges_), beams_);
+    columns["measured"] = to_numpy(std::move(measured_), state_columns);
+    columns["dt"] = to_numpy(std::move(dts_));
+    ranges_ = {};
+    measured_ = {};
+    dts_ = {};
     return columns;
   }
+
+ private:
+  Driver& driver_;
+  StepLog log_;
+  std::vector<float> ranges_;
+  std::vector<double> measured_, dts_;
+  std::size_t beams_ = 1;
 };
+
+// The true pose and state at each scan of a race, from scan `first` on.
+nb::dict truth(const sim::Race& race, std::size_t first) {
+  std::vector<double> pose, motion;
+  const auto& path = race.result().path;
+  for (std::size_t i = first; i < path.size(); ++i) {
+    pose.insert(pose.end(), {path[i].x, path[i].y, path[i].yaw});
+    motion.insert(motion.end(), {path[i].speed, path[i].yaw_rate});
+  }
+  nb::dict columns;
+  columns["pose"] = to_numpy(std::move(pose), 3);
+  columns["motion"] = to_numpy(std::move(motion), 2);
+  return columns;
+}
 
 }  // namespace
 
 void bind_replay(nb::module_& m) {
-  m.def("replay", &replay, nb::arg("racer"), nb::arg("ranges").noconvert(), nb::arg("sizes"), nb::arg("headers"),
+  m.def("replay", &replay, nb::arg("driver"), nb::arg("ranges").noconvert(), nb::arg("sizes"), nb::arg("headers"),
         nb::arg("states"), nb::arg("dts"),
         "Steps through N scans that stand end to end in `ranges`. headers (N, 5): angle_min, angle_increment, "
         "time_increment, range_min, range_max; states (N, 3): speed, yaw_rate, steering_angle. Returns columns, see "
         "firstlap.step_log.");
-  nb::class_<RaceLog>(m, "RaceLog", "Drives a race and keeps what every scan brought.")
+  nb::class_<LoggedDriver, Driver>(m, "LoggedDriver", "A driver that keeps what it was given and what it made of it.")
+      .def(nb::init<Driver&>(), nb::arg("driver"), nb::keep_alive<1, 2>())
       .def(
-          "__init__",
-          [](RaceLog* self, sim::Race& race, const Racer* racer) {
-            new (self) RaceLog{race, racer};
-          },
-          nb::arg("race"), nb::arg("racer").none(), nb::keep_alive<1, 2>(), nb::keep_alive<1, 3>(),
-          "racer: the race's driver where it is one, for its intermediate results; else None.")
-      .def("advance", &RaceLog::advance, nb::arg("scans"),
-           "Drives for so many scan periods at most; columns as of `replay`, and time, pose, measured, truth, ranges; "
-           "and "
-           "whether it is still going.");
+          "take", &LoggedDriver::take,
+          "Columns of the steps since the last call, as of `replay`, and ranges (N, beams), measured (N, 3), dt (N,).");
+  m.def("truth", &truth, nb::arg("race"), nb::arg("first"),
+        "pose (N, 3) x, y, yaw and motion (N, 2) speed, yaw rate at each scan of a race from scan `first` on.");
 }
 
 }  // namespace firstlap::bindings

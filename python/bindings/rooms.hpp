@@ -8,6 +8,7 @@ namespace firstlap::bindings {
 void bind_core(nanobind::module_& m);
 void bind_drivers(nanobind::module_& m);
 void bind_sim(nanobind::module_& m);
+void bind_maps(nanobind::module_& m);
 void bind_bench(nanobind::module_& m);
 void bind_replay(nanobind::module_& m);
 

@@ -1,5 +1,7 @@
 #include "step_log.hpp"
 
+#include <algorithm>
+#include <cstddef>
 #include <limits>
 #include <utility>
 
@@ -13,6 +15,17 @@ constexpr std::size_t side_columns = 3;
 constexpr std::size_t line_columns = 4;
 constexpr std::size_t path_columns = 6;
 
+// Median width where both walls are seen; NaN where they never are.
+double width_seen(const Centerline& line) {
+  std::vector<double> widths;
+  for (const CenterlinePoint& p : line.points)
+    if (p.support == Support::both) widths.push_back(p.width);
+  if (widths.empty()) return unknown;
+  const auto middle = widths.begin() + static_cast<std::ptrdiff_t>(widths.size() / 2);
+  std::nth_element(widths.begin(), middle, widths.end());
+  return *middle;
+}
+
 }  // namespace
 
 void StepLog::add(const StepResult& result, const Trace* trace, double microseconds) {
@@ -25,14 +38,16 @@ void StepLog::add(const StepResult& result, const Trace* trace, double microseco
   const bool looked = result.status != Status::bad_scan && result.status != Status::bad_state;
   static const WallsSeen nothing;
   const WallsSeen& walls = looked ? trace->walls : nothing;
-  add_side(walls.left, left_);
-  add_side(walls.right, right_);
+  add_side(walls.left, left_, left_seen_);
+  add_side(walls.right, right_, right_seen_);
   add_line(trace->line);
   add_path(*trace);
   width_.push_back(trace->width);
+  width_seen_.push_back(width_seen(trace->line));
 }
 
-void StepLog::add_side(const WallSide& side, Sequence& into) {
+void StepLog::add_side(const WallSide& side, Sequence& into, std::vector<std::int64_t>& seen) {
+  seen.push_back(static_cast<std::int64_t>(side.seen));
   for (std::size_t i = 0; i < side.size(); ++i) {
     const Point2 p = side.at(i);
     into.rows.insert(into.rows.end(), {p.x, p.y, static_cast<double>(side.age[i])});
@@ -70,6 +85,9 @@ nanobind::dict StepLog::take() {
   put("status", status_);
   put("microseconds", microseconds_);
   put("width", width_);
+  put("width_seen", width_seen_);
+  put("left_seen", left_seen_);
+  put("right_seen", right_seen_);
   put("clearance", clearance_);
   put("ahead", ahead_);
   put("nearest", nearest_);

@@ -333,25 +333,166 @@ class Race:
     def track_length(self) -> float:
         """[m] of the centerline."""
 
+class MapParams:
+    """Every parameter of mapping, in sections."""
+
+    @overload
+    def __init__(self) -> None:
+        """Every parameter at its default."""
+
+    @overload
+    def __init__(self, other: MapParams) -> None:
+        """A copy."""
+
+    @staticmethod
+    def fields() -> list:
+        """
+        The field table: a list of dicts with section, name, unit, min, max, default, doc and type.
+        """
+
+    def get(self, section: str, name: str) -> object:
+        """One value. Raises KeyError."""
+
+    def set(self, section: str, name: str, value: float) -> None:
+        """
+        Sets one value. Raises KeyError for an unknown name, ValueError for a value out of its range.
+        """
+
+    def values(self) -> dict:
+        """All values, {section: {name: value}}."""
+
+    def validate(self) -> None:
+        """
+        Raises ValueError with field, value and range where a value, or a pair of values, is not allowed.
+        """
+
+class CloudMaker:
+    """Scans as evenly spaced clouds with normals, in base_link."""
+
+    def __init__(self, params: MapParams, car: Car) -> None: ...
+
+    def make(self, ranges: Annotated[NDArray[numpy.float32], dict(shape=(None,), order='C', device='cpu', writable=False)], speed: float, yaw_rate: float, angle_min: float, angle_increment: float, time_increment: float, range_min: float, range_max: float) -> tuple:
+        """
+        cloud (N, 4) x, y, nx, ny and all points (P, 3) x, y, range. Raises ValueError for a bad header.
+        """
+
+class ReferenceCloud:
+    """Wall points with normals, found by place."""
+
+    def __init__(self, points: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]) -> None: ...
+
+    def __len__(self) -> int: ...
+
+def match(cloud: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], reference: ReferenceCloud, guess: tuple, prior: tuple, params: MapParams) -> tuple:
+    """
+    Point-to-line matching: pose (x, y, yaw) of the cloud in the reference, share of fitting points, their rms [m], and information (3, 3) in the cloud's frame. prior: standard deviations along, across, yaw.
+    """
+
+class OccupancyGrid:
+    """Beams counted in cells; row 0 is the lowest."""
+
+    def __init__(self, x: float, y: float, columns: int, rows: int, params: MapParams) -> None: ...
+
+    def add(self, pose: tuple, laser_x: float, points: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]) -> None:
+        """Draws points (N, 3) x, y, range of base_link seen from its pose."""
+
+    def cells(self) -> Annotated[NDArray[numpy.uint8], dict(shape=(None, None))]:
+        """(rows, columns) 0 free, 1 occupied, 2 unknown."""
+
+class LikelihoodField:
+    """Distance to the nearest wall of a map."""
+
+    def __init__(self, occupied: Annotated[NDArray[numpy.uint8], dict(shape=(None, None), order='C', device='cpu', writable=False)], resolution: float, origin: tuple) -> None:
+        """
+        occupied (rows, columns) uint8, row 0 the lowest; origin (x, y, yaw) of the lower left corner.
+        """
+
+    @staticmethod
+    def of_points(points: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], resolution: float) -> LikelihoodField:
+        """A field round a cloud (N, 4). Raises ValueError for none."""
+
+    def search(self, cloud: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], guess: tuple, radius: float, angle: float, step: float, turn: float) -> tuple:
+        """
+        Best pose on a raster round the guess, and its share of fitting points.
+        """
+
+class LocaliserParams:
+    """Every parameter of localisation, in sections."""
+
+    @overload
+    def __init__(self) -> None:
+        """Every parameter at its default."""
+
+    @overload
+    def __init__(self, other: LocaliserParams) -> None:
+        """A copy."""
+
+    @staticmethod
+    def fields() -> list:
+        """
+        The field table: a list of dicts with section, name, unit, min, max, default, doc and type.
+        """
+
+    def get(self, section: str, name: str) -> object:
+        """One value. Raises KeyError."""
+
+    def set(self, section: str, name: str, value: float) -> None:
+        """
+        Sets one value. Raises KeyError for an unknown name, ValueError for a value out of its range.
+        """
+
+    def values(self) -> dict:
+        """All values, {section: {name: value}}."""
+
+    def validate(self) -> None:
+        """
+        Raises ValueError with field, value and range where a value, or a pair of values, is not allowed.
+        """
+
+class Localiser:
+    """Where the car is on a map, from scans and odometry."""
+
+    def __init__(self, field: LikelihoodField, car: Car, params: LocaliserParams, seed: int) -> None: ...
+
+    def start(self, x: float, y: float, yaw: float) -> None:
+        """base_link is about here, in the map's frame [m, rad]."""
+
+    def displace(self, x: float, y: float, yaw: float) -> None:
+        """Shifts all that it believes, in base_link: a kidnapped car."""
+
+    def step(self, ranges: Annotated[NDArray[numpy.float32], dict(shape=(None,), order='C', device='cpu', writable=False)], speed: float, yaw_rate: float, steering_angle: float, dt: float, angle_min: float, angle_increment: float, time_increment: float, range_min: float, range_max: float) -> tuple:
+        """
+        x, y, yaw, std, std_yaw, fit, searching, lost for a float32 scan. Releases the GIL.
+        """
+
+    def predict(self, x: float, y: float, yaw: float, speed: float, yaw_rate: float, time: float) -> tuple:
+        """The pose so many seconds later."""
+
+    @property
+    def particles(self) -> int:
+        """How many there are now."""
+
 def bench(track: Track, car: Car, params: Params, scans: int = 4000) -> dict:
     """
     Microseconds of each step, each noise-free scan and each run of the reference over a recorded drive, and simulated seconds per second of a race.
     """
 
-def replay(racer: Racer, ranges: Annotated[NDArray[numpy.float32], dict(shape=(None,), order='C', device='cpu', writable=False)], sizes: Annotated[NDArray[numpy.int64], dict(shape=(None,), order='C', device='cpu', writable=False)], headers: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], states: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], dts: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> dict:
+def replay(driver: Driver, ranges: Annotated[NDArray[numpy.float32], dict(shape=(None,), order='C', device='cpu', writable=False)], sizes: Annotated[NDArray[numpy.int64], dict(shape=(None,), order='C', device='cpu', writable=False)], headers: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], states: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], dts: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> dict:
     """
     Steps through N scans that stand end to end in `ranges`. headers (N, 5): angle_min, angle_increment, time_increment, range_min, range_max; states (N, 3): speed, yaw_rate, steering_angle. Returns columns, see firstlap.step_log.
     """
 
-class RaceLog:
-    """Drives a race and keeps what every scan brought."""
+class LoggedDriver(Driver):
+    """A driver that keeps what it was given and what it made of it."""
 
-    def __init__(self, race: Race, racer: Racer | None) -> None:
+    def __init__(self, driver: Driver) -> None: ...
+
+    def take(self) -> dict:
         """
-        racer: the race's driver where it is one, for its intermediate results; else None.
+        Columns of the steps since the last call, as of `replay`, and ranges (N, beams), measured (N, 3), dt (N,).
         """
 
-    def advance(self, scans: int) -> dict:
-        """
-        Drives for so many scan periods at most; columns as of `replay`, and time, pose, measured, truth, ranges; and whether it is still going.
-        """
+def truth(race: Race, first: int) -> dict:
+    """
+    pose (N, 3) x, y, yaw and motion (N, 2) speed, yaw rate at each scan of a race from scan `first` on.
+    """

@@ -12,17 +12,13 @@ import numpy.typing as npt
 
 from firstlap import _core
 from firstlap.car_file import Car
-from firstlap.drivers.registry import Preparation, driver_kind
+from firstlap.drivers.registry import driver_kind
 from firstlap.errors import InputError
 from firstlap.race import start_race
-from firstlap.racer import step_core
 from firstlap.recordings.recording import Recording
-from firstlap.replay import prepared
-from firstlap.setup_file import LOCAL, Setup
+from firstlap.replay import batches, driver_for, prepared
+from firstlap.setup_file import Setup
 from firstlap.tracks.track import Track
-
-SCANS_BEFORE = 400
-"""That the driver sees before the scan in question: its memory is far shorter."""
 
 
 @dataclass(frozen=True)
@@ -101,35 +97,17 @@ def explain_recording(recording: Recording, setup: Setup, car: Car, index: int, 
     if not -count <= index < count:
         raise InputError(f"{recording.source}: has scans 0 to {count - 1}, asked for {index}")
     index %= count
-    kind = driver_kind(setup.driver)
-    if kind.needs_map:
-        raise InputError(f"{recording.source}: the driver {kind.name} needs a map; scans alone have none")
-    remarks: tuple[str, ...] = ()
-    if kind.name == LOCAL:
-        setup, _, remarks = prepared(recording, setup, mask_body)
-    driver = kind.make(setup.params(car.core), car, Preparation())
-    for i in range(max(0, index - SCANS_BEFORE), index + 1):
-        angle_min, angle_increment, time_increment, range_min, range_max = recording.headers[i].tolist()
-        speed, yaw_rate, steering_angle = recording.states[i].tolist()
-        step_core(
-            driver.core,
-            recording.ranges[i],
-            speed=speed,
-            yaw_rate=yaw_rate,
-            steering_angle=steering_angle,
-            dt=float(recording.dts[i]),
-            angle_min=angle_min,
-            angle_increment=angle_increment,
-            time_increment=time_increment,
-            range_min=range_min,
-            range_max=range_max,
-        )
+    setup, _, remarks = prepared(recording, setup, mask_body)
+    handle = driver_for(setup, car)
+    for _ in batches(recording.first(index + 1), handle.core):
+        pass
+    speed, yaw_rate, steering_angle = recording.states[index].tolist()
     return Moment(
         title=f"{recording.name}, scan {index}",
         subtitle=f"{recording.stamps[index]:.2f} s, {setup.title}, car {car.name}, "
         f"{len(recording.ranges[index])} beams, speed from {recording.sources['speed']}",
         driver=setup.driver,
-        trace=driver.trace,
+        trace=handle.trace,
         params=setup.params(car.core).values(),
         car=car.core.values()["geometry"],
         speed=speed,

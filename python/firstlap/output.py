@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from firstlap.errors import InputError
@@ -53,3 +53,24 @@ def write_whole(path: Path, write: Callable[[str], None]) -> None:
     finally:
         if temporary:
             Path(temporary).unlink(missing_ok=True)
+
+
+def write_together(files: Mapping[Path, bytes]) -> None:
+    """Writes several files that belong together: all are complete before the first takes its place."""
+    temporaries: dict[Path, Path] = {}
+    try:
+        for path, content in files.items():
+            handle, name = tempfile.mkstemp(prefix=".", suffix=path.suffix, dir=path.parent)
+            temporaries[path] = Path(name)
+            with os.fdopen(handle, "wb") as file:
+                file.write(content)
+        mask = os.umask(0)
+        os.umask(mask)
+        for path, temporary in temporaries.items():
+            temporary.chmod(0o666 & ~mask)
+            temporary.replace(path)
+    except OSError as error:
+        raise InputError(f"{error.filename or next(iter(files))}: cannot be written ({error.strerror})") from None
+    finally:
+        for temporary in temporaries.values():
+            temporary.unlink(missing_ok=True)

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from firstlap import _core
 from firstlap.car_file import Car, load_car
-from firstlap.drivers.registry import Handle, Preparation, driver_kind
+from firstlap.drivers.registry import CoreHandle, Handle, Preparation, driver_kind
 from firstlap.errors import InputError
 from firstlap.parameters import FieldTable
 from firstlap.setup_file import Setup, choose_setup
@@ -196,13 +196,14 @@ def race(
     if preparation is None:
         preparation = kind.prepare(track, setup, car, seed, None)
     handle = kind.make(setup.params(car.core), car, preparation)
-    running = start_race(track, handle, car, laps=laps, seed=seed, options={**delay, **(options or {})})
-    if record is not None:
+    logged = None if record is None else _core.LoggedDriver(handle.core)
+    starter = handle if logged is None else CoreHandle(logged)
+    running = start_race(track, starter, car, laps=laps, seed=seed, options={**delay, **(options or {})})
+    if record is not None and logged is not None:
         from firstlap.recordings.race_log import drive_and_log, race_about
 
         what = f"{track.name}{', reverse' if reverse else ''}"
-        racer = handle.core if isinstance(handle.core, _core.Racer) else None
-        drive_and_log(running, racer, race_about(running, setup, car, what, seed), record, look)
+        drive_and_log(running, logged, race_about(running, setup, car, what, seed), record, look)
     while running.advance(SCANS_PER_LOOK):
         if look:
             look(running)

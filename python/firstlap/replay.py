@@ -19,17 +19,18 @@ import numpy.typing as npt
 from firstlap import _core
 from firstlap.car_file import Car
 from firstlap.continuity import BIG_JUMP, Continuity
-from firstlap.racer import Racer
+from firstlap.drivers.registry import Handle, Preparation, driver_kind
+from firstlap.errors import InputError
 from firstlap.recordings.body import BodyMask, find_body
 from firstlap.recordings.recording import Recording
 from firstlap.recordings.replay_log import Log, log_of
-from firstlap.setup_file import Setup
+from firstlap.setup_file import LOCAL, Setup
 from firstlap.step_log import STATUSES, Columns, rows_of
 
 Floats = npt.NDArray[np.float64]
 
 SCANS_PER_CALL = 100
-BOTH = 3
+PLANNED = (STATUSES.index("ok"), STATUSES.index("blocked"))
 NOTHING = np.zeros((0, 2))
 REACHES = (1.0, 2.0, 3.0)
 
@@ -41,7 +42,7 @@ class Driven:
     speed, steering_angle: commanded. status: index into STATUSES. microseconds: of the step. ahead: [m] of path before
     the front axle. width: remembered track width. width_seen: median where both walls are seen, NaN elsewhere.
     left, right: whether that wall is seen in this scan. jump: [m], NaN where there is nothing to compare.
-    changed: whether the side changed (see firstlap.continuity).
+    changed: whether the side changed (see firstlap.continuity). From `ahead` on empty for drivers other than local.
     """
 
     setup: Setup
@@ -60,9 +61,10 @@ class Driven:
     def to_dict(self) -> dict[str, Any]:
         """Summary of the drive. Lengths in metres, shares of all scans; None where nothing could be measured."""
         names = [STATUSES[i] for i in self.status]
-        planned = (self.status == STATUSES.index("ok")) | (self.status == STATUSES.index("blocked"))
+        planned = np.isin(self.status, PLANNED)[: len(self.ahead)]
         jumps = self.jump[np.isfinite(self.jump)]
         return {
+            "driver": self.setup.driver,
             "setup": self.setup.name,
             "set": {f"{section}.{name}": value for (section, name), value in self.setup.changed.items()},
             "statuses": {name: names.count(name) for name in STATUSES if name in names},
@@ -176,9 +178,12 @@ def prepared(recording: Recording, setup: Setup, mask_body: bool) -> tuple[Setup
     remarks: list[str] = []
     if recording.about is not None:
         return setup, None, ()
-    if recording.laser_x is not None and ("car", "laser_x") not in setup.given:
+    has_laser = any(row.key == "car.laser_x" for row in setup.fields.fields)
+    if recording.laser_x is not None and has_laser and ("car", "laser_x") not in setup.given:
         setup = setup.with_given({("car", "laser_x"): recording.laser_x})
         remarks.append(f"the laser stands {recording.laser_x:g} m ahead of base_link, as the recording says")
+    if setup.driver != LOCAL:
+        return setup, None, tuple(remarks)
     given = any(("scan", name) in setup.given for name in ("mask_angle", "mask_range"))
     body = find_body(recording, setup) if mask_body and not given else None
     if body is not None:
@@ -187,7 +192,15 @@ def prepared(recording: Recording, setup: Setup, mask_body: bool) -> tuple[Setup
     return setup, body, tuple(remarks)
 
 
-def batches(recording: Recording, racer: Racer) -> Iterator[tuple[slice, dict[str, Any]]]:
+def driver_for(setup: Setup, car: Car) -> Handle:
+    """The driver of the setup. Raises InputError where it needs a map, which a recording has not."""
+    kind = driver_kind(setup.driver)
+    if kind.needs_map:
+        raise InputError(f"driver {kind.name}: needs a map of the track before it drives; a recording has none")
+    return kind.make(setup.params(car.core), car, Preparation())
+
+
+def batches(recording: Recording, driver: _core.Driver) -> Iterator[tuple[slice, dict[str, Any]]]:
     """Steps through the recording; yields the scans done and their columns."""
     for first in range(0, len(recording), SCANS_PER_CALL):
         part = slice(first, min(first + SCANS_PER_CALL, len(recording)))
@@ -195,7 +208,7 @@ def batches(recording: Recording, racer: Racer) -> Iterator[tuple[slice, dict[st
         yield (
             part,
             _core.replay(
-                racer.core,
+                driver,
                 np.concatenate(scans),
                 np.array([len(one) for one in scans], dtype=np.int64),
                 np.ascontiguousarray(recording.headers[part]),
@@ -226,11 +239,12 @@ def _drive(
     look: Callable[[int], object] | None,
     log: Log | None,
 ) -> Driven:
-    racer, continuity, collected = Racer(setup, car), Continuity(), _Collected()
-    for part, columns in batches(recording, racer):
+    driver, continuity, collected = driver_for(setup, car), Continuity(), _Collected()
+    for part, columns in batches(recording, driver.core):
         collected.add(**{name: columns[name] for name in ("speed", "steering_angle", "status", "microseconds")})
-        collected.add(ahead=columns["ahead"], width=columns["width"])
-        collected.add(**_seen(columns), **_continued(recording, part, columns, continuity))
+        collected.add(**{name: columns[name] for name in ("ahead", "width", "width_seen")})
+        collected.add(left=columns["left_seen"] > 0, right=columns["right_seen"] > 0)
+        collected.add(**_continued(recording, part, columns, continuity))
         if log:
             log.put(part, columns)
         if look:
@@ -238,28 +252,17 @@ def _drive(
     return Driven(setup=setup, **collected.whole())
 
 
-def _seen(columns: Columns) -> dict[str, npt.NDArray[Any]]:
-    """Per scan: which walls it saw itself, and the width between them."""
-    walls = {name: np.array([bool(np.any(rows[:, 2] == 0.0)) for rows in rows_of(columns, name)])
-             for name in ("left", "right")}  # fmt: skip
-    widths = []
-    for line in rows_of(columns, "line"):
-        both = line[line[:, 3] == BOTH, 2]
-        widths.append(float(np.median(both)) if len(both) else np.nan)
-    return {**walls, "width_seen": np.array(widths)}
-
-
 def _continued(
     recording: Recording, part: slice, columns: Columns, continuity: Continuity
 ) -> dict[str, npt.NDArray[Any]]:
     found = []
-    planned = np.isin(columns["status"], [STATUSES.index("ok"), STATUSES.index("blocked")])
+    planned = np.isin(columns["status"], PLANNED)
     rows = (rows_of(columns, name) for name in ("path", "left", "right"))
     for i, (path, left, right) in enumerate(zip(*rows, strict=True)):
         ahead = path[columns["nearest"][i] :, 1:3] if planned[i] else NOTHING
-        walls = [side[side[:, 2] == 0.0, :2] for side in (left, right)]
+        left, right = left[: columns["left_seen"][i], :2], right[: columns["right_seen"][i], :2]
         scan = part.start + i
-        found.append(continuity.add(ahead, walls[0], walls[1], recording.states[scan], float(recording.dts[scan])))
+        found.append(continuity.add(ahead, left, right, recording.states[scan], float(recording.dts[scan])))
     return {"jump": np.array([jump for jump, _ in found]), "changed": np.array([flag for _, flag in found], dtype=bool)}
 
 

@@ -132,6 +132,11 @@ def _draw_difference(speeds: Axes, angles: Axes, driven: Driven, other: Driven, 
 
 def _draw_width(axes: Axes, replay: Replay) -> None:
     driven, times = replay.driven, replay.recording.stamps
+    if not len(driven.width):
+        _title(axes, f"status; the driver {driven.setup.driver} does not tell what it sees")
+        _ribbon(axes, times, driven.status, list(STATUS_COLOURS.values()), (0.0, 1.0))
+        axes.set_yticks([])
+        return
     _title(axes, "track width [m]; above: status, below: walls seen")
     axes.plot(times, driven.width_seen, ".", color=LEFT, markersize=2.5, label="seen")
     axes.plot(*_broken(times, driven.width), color=INK, linewidth=1.2, label="remembered")
@@ -156,6 +161,8 @@ def _ribbon(axes: Axes, times: Floats, codes: npt.NDArray[Any], colours: list[st
 def _draw_jump(axes: Axes, replay: Replay) -> None:
     driven, times = replay.driven, replay.recording.stamps
     _title(axes, f"jump of the path {JUMP_AHEAD:g} m ahead [m]; marked: a wall changed its side")
+    if not len(driven.jump):
+        return
     finite = driven.jump[np.isfinite(driven.jump)]
     top = max(2.0 * BIG_JUMP, float(np.percentile(finite, 99.5)) if len(finite) else 0.0)
     axes.vlines(times, 0.0, np.minimum(np.nan_to_num(driven.jump), top), color=PLANNED, linewidth=0.8)
@@ -177,7 +184,7 @@ def _draw_way(figure: Figure, replay: Replay, height: float) -> None:
             line.set_clim(float(driven.speed.min()), float(driven.speed.max()))
     bad = driven.status != STATUSES.index("ok")
     axes.plot(x[bad], y[bad], "x", color=BAD, markersize=5, label="not ok")
-    big = np.nan_to_num(driven.jump) > BIG_JUMP
+    big = np.flatnonzero(np.nan_to_num(driven.jump) > BIG_JUMP)
     axes.plot(x[big], y[big], "o", markerfacecolor="none", markeredgecolor=INK, markersize=5, label="path jumps")
     axes.set_title(
         f"the way driven ({recording.frame or 'no frame'}), coloured by planned speed\n"

@@ -22,8 +22,8 @@ Columns = Mapping[str, Any]
 
 
 def rows_of(columns: Columns, name: str) -> list[npt.NDArray[np.float64]]:
-    """The sequence `name` of every scan; empty ones where the driver has no such thing."""
+    """The sequence `name` of every scan; nothing where the driver has no such thing."""
     sizes = columns[f"{name}_size"]
     if len(sizes) == 0:
-        return [np.zeros((0, len(SEQUENCES[name])))] * len(columns["speed"])
+        return []
     return np.split(columns[name], np.cumsum(sizes)[:-1])

@@ -198,11 +198,11 @@ def test_a_missing_file_of_a_folder_is_said(tmp_path):
     ("kind", "share"),
     [(kind, share) for kind in ("db3", "mcap", "bag") for share in (0.5, 0.9)] + [("packed as files", 0.9)],
 )
-def test_of_a_file_that_is_cut_off_the_rest_is_read(tmp_path, kind, share):
+def test_of_a_file_that_is_cut_off_the_rest_is_read(tmp_path, kind, share, chunk_size=6000):
     path = bags.WRITERS[kind](tmp_path)
     file = next(path.glob("*.zstd")) if path.is_dir() else path
     if kind == "mcap":
-        path = file = unfinished_mcap(tmp_path / "u.mcap")
+        path = file = unfinished_mcap(tmp_path / "u.mcap", chunk_size)
     data = file.read_bytes()
     file.write_bytes(data[: int(share * len(data))])
     recording = load_recording(path)
@@ -210,18 +210,29 @@ def test_of_a_file_that_is_cut_off_the_rest_is_read(tmp_path, kind, share):
     assert "cut off" in remarks(recording)
 
 
-def unfinished_mcap(path: Path) -> Path:
-    """A file of small chunks, as a writer leaves it that flushes now and then."""
-    from mcap.writer import Writer
+@pytest.mark.parametrize("packed", [False, True])
+def test_a_chunk_that_is_cut_off_is_read_as_far_as_it_goes(tmp_path, packed):
+    path = unfinished_mcap(tmp_path / "a.mcap", 10**6, packed, 500)
+    data = path.read_bytes()
+    path.write_bytes(data[: int(0.8 * len(data))])
+    recording = load_recording(path)
+    assert 200 < len(recording) < 500
+    assert all(np.array_equal(one, bags.corridor(seed=i)) for i, one in enumerate(recording.ranges))
+    assert "cut off" in remarks(recording)
+
+
+def unfinished_mcap(path: Path, chunk_size: int, packed: bool = True, count: int = 60) -> Path:
+    """A file of chunks without its end, as a writer leaves it that is killed."""
+    from mcap.writer import CompressionType, Writer
 
     from firstlap.recordings.messages import typestore
 
     with path.open("wb") as file:
-        writer = Writer(file, chunk_size=6000)
+        writer = Writer(file, chunk_size, CompressionType.ZSTD if packed else CompressionType.NONE)
         writer.start("ros2")
         schema = writer.register_schema(bags.SCAN, "ros2msg", b"")
         channel = writer.register_channel("/scan", "cdr", schema)
-        for entry in bags.entries(odom=False, commands=False):
+        for entry in bags.entries(count, odom=False, commands=False):
             data = bytes(typestore().serialize_cdr(entry.message, bags.SCAN))
             writer.add_message(channel, entry.time, data, entry.time)
         writer.flush()

@@ -29,6 +29,7 @@ KEYS = {
     "seconds",
     "from",
     "car",
+    "driver",
     "setup",
     "set",
     "statuses",
@@ -212,6 +213,18 @@ def test_scans_of_changing_size_are_driven_through(tmp_path):
             items[i] = item._replace(message=bags.scan(item.time, bags.corridor(541, seed=i)))
     recording = load_recording(bags.write_rosbag2(tmp_path / "a", items))
     assert drive(recording).to_dict()["statuses"] == {"ok": 60}
+
+
+@pytest.mark.parametrize("driver", ["gap", "disparity", "pid"])
+def test_other_drivers_drive_recordings_too(cli, bag, driver):
+    found = cli("replay", bag, "--driver", driver, "--against", "base", "--plot", "a.png", "--json").json
+    assert found["driver"] == driver
+    assert found["statuses"] == {"ok": 120}
+    assert found["sides"] == {"both": None, "one": None, "none": None}
+    assert found["against"]["sides"]["both"] == 1.0
+    assert Path("a.png").read_bytes().startswith(PNG)
+    assert driver in cli("replay", bag, "--driver", driver).out
+    assert cli("explain", bag, "--driver", driver, "--scan", 50).code == 0
 
 
 DENSE = {"straight_1_speed_1": 707, "sinside_corner_1_speed_1": 605}

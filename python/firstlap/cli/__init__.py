@@ -7,8 +7,10 @@ import sys
 import typer
 
 from firstlap import __version__
-from firstlap.cli import bench, check, compare, explain, race, replay, survey, tracks
+from firstlap.cli import bench, check, compare, explain, line, race, replay, survey, tracks
 from firstlap.cli.common import fail
+from firstlap.cli.localise import localise
+from firstlap.cli.map import map_command
 from firstlap.cli.process import (
     Commands,
     InterruptedCommandError,
@@ -35,6 +37,9 @@ app.command("explain")(explain.explain)
 app.command("replay")(replay.replay)
 app.command("check")(check.check)
 app.command("tracks")(tracks.tracks)
+app.command("line")(line.line)
+app.command("map")(map_command)
+app.command("localise")(localise)
 app.command("bench")(bench.bench)
 
 

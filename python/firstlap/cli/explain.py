@@ -17,6 +17,7 @@ from firstlap.cli.recording import (
     ImuTopic,
     KeepBody,
     OdomTopic,
+    PoseTopic,
     ScanTopic,
     SetupOfRecording,
     SpeedOption,
@@ -49,6 +50,7 @@ def explain(
     odom_topic: OdomTopic = None,
     imu_topic: ImuTopic = None,
     drive_topic: DriveTopic = None,
+    pose_topic: PoseTopic = None,
     speed: SpeedOption = None,
     car: CarOfRecording = None,
     keep_body: KeepBody = False,
@@ -71,9 +73,9 @@ def explain(
             reverse=reverse,
         )
     else:
-        topics = Topics(scan=scan_topic, odom=odom_topic, imu=imu_topic, drive=drive_topic, speed=speed)
+        topics = Topics(scan_topic, odom_topic, imu_topic, drive_topic, pose_topic, speed)
         recording = read(recording_file, topics)
-        chosen, loaded_car, remarks = setup_and_car(recording, setup, changes, car, driver)
+        chosen, loaded_car, remarks = setup_and_car(recording, driver, setup, changes, car)
         moment = explain_recording(recording, chosen, loaded_car, index, mask_body=not keep_body)
         for remark in remarks:
             note(remark)

@@ -60,19 +60,20 @@ def scans_bar() -> Any:
 
 
 def setup_and_car(
-    recording: Recording, setup: str | None, changes: list[str] | None, car: str | None, driver: str | None = None
+    recording: Recording, driver: str | None, setup: str | None, changes: list[str] | None, car: str | None
 ) -> tuple[Setup, Car, list[str]]:
     """Those asked for, else those of the log, else the defaults; with a remark where they are the log's.
 
     driver: None for that of the log, or whatever the setup is for.
     """
     about, remarks = recording.about, []
-    chosen = choose_setup(driver, setup) if about is None or setup is not None else about.setup
-    if about is not None and setup is None:
-        remarks.append(f"setup {about.setup.name} as the log has it")
-        if driver not in (None, about.setup.driver):
-            chosen = choose_setup(driver, None)
-            remarks = [f"driven by {about.setup.driver}; what {driver} with setup {chosen.name} would have done"]
+    if about is not None and setup is None and driver is None:
+        chosen = about.setup
+        remarks.append(f"{chosen.title} as the log has it")
+    else:
+        chosen = choose_setup(driver, setup)
+    if about is not None and chosen.driver != about.setup.driver:
+        remarks.append(f"driven by {about.setup.driver}; what {chosen.driver} would have done")
     if about is not None and car is None:
         remarks.append(f"car {about.car.name} as the log has it")
     if changes:

@@ -11,7 +11,7 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from firstlap.cli.common import JsonOption, SetOption, console, note, print_json
+from firstlap.cli.common import DriverOption, JsonOption, SetOption, console, note, print_json
 from firstlap.cli.recording import (
     CarOfRecording,
     DriveTopic,
@@ -28,13 +28,14 @@ from firstlap.cli.recording import (
     watched,
 )
 from firstlap.output import LOGS, check_writable
-from firstlap.setup_file import load_setup
+from firstlap.setup_file import LOCAL, choose_setup
 
 
 def replay(
     recording: Annotated[
         Path, typer.Argument(metavar="RECORDING", help="A rosbag2 folder, .mcap, .db3, .bag or .npz file.")
     ],
+    driver: DriverOption = None,
     setup: SetupOfRecording = None,
     changes: SetOption = None,
     against: Annotated[str | None, typer.Option("--against", metavar="SETUP", help="A second setup beside it.")] = None,
@@ -59,21 +60,21 @@ def replay(
 
     from firstlap.plot import PICTURES
     from firstlap.recordings import Topics
-    from firstlap.recordings.messages import typestore
+    from firstlap.recordings.load import load_libraries
     from firstlap.replay import replay as run_replay
 
-    typestore()  # the library's set-up is no reading
+    load_libraries()
 
     if plot:
         check_writable(plot, PICTURES)
     if record:
         check_writable(record, LOGS)
-    topics = Topics(scan=scan_topic, odom=odom_topic, imu=imu_topic, drive=drive_topic, pose=pose_topic, speed=speed)
-    other = load_setup(against, "local") if against is not None else None
+    topics = Topics(scan_topic, odom_topic, imu_topic, drive_topic, pose_topic, speed)
+    other = choose_setup(None, against) if against is not None else None
     started = time.perf_counter()
     loaded = read(recording, topics).between(begin, end)
     reading = time.perf_counter() - started
-    chosen, loaded_car, remarks = setup_and_car(loaded, setup, changes, car, "local")
+    chosen, loaded_car, remarks = setup_and_car(loaded, driver, setup, changes, car)
     with scans_bar() as bar:
         look = watched(bar, "replaying", len(loaded) * (1 if other is None else 2))
         found = run_replay(loaded, chosen, loaded_car, against=other, mask_body=not keep_body, look=look, record=record)
@@ -95,7 +96,8 @@ def _print(found: dict[str, Any], plot: Path | None, record: Path | None) -> Non
     table.add_column("", overflow="fold")
     drives = [found, *([found["against"]] if "against" in found else [])]
     for drive in drives:
-        table.add_column(escape(f"setup {drive['setup']}"), justify="right", overflow="fold")
+        other = "" if drive["driver"] == LOCAL else f"{drive['driver']}, "
+        table.add_column(escape(f"{other}setup {drive['setup']}"), justify="right", overflow="fold")
     for label, cells in _rows(drives):
         table.add_row(label, *cells)
     out.print(table)

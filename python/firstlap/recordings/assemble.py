@@ -19,7 +19,7 @@ from firstlap.recordings.scans import collect, nanoseconds
 from firstlap.recordings.state import Series, Sources, commands_at, series, states_at
 from firstlap.recordings.topics import Roles, Topics, choose
 
-WANTED = {*types.SCAN, *types.ODOM, *types.IMU, *types.DRIVE, *types.POSE, *types.STEERING}
+WANTED = frozenset(types.SCAN + types.ODOM + types.IMU + types.DRIVE + types.POSE + types.STEERING)
 MESSAGES_PER_LOOK = 500
 
 Floats = npt.NDArray[np.float64]
@@ -41,6 +41,7 @@ def assemble(stored: Stored, path: Path, wanted: Topics, look: Callable[[int], o
 
 def _read(stored: Stored, look: Callable[[int], object] | None) -> Raw:
     raw: Raw = {}
+    stored.wanted = WANTED
     for count, message in enumerate(stored.messages()):
         if stored.topics[message.topic].type in WANTED:
             raw.setdefault(message.topic, []).append((message.time, message.data))

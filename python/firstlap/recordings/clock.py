@@ -53,6 +53,7 @@ def periods(times: Nanoseconds, known: float | None = None, first: float | None 
     steps = np.diff(times) / 1e9
     usual = known if known is not None else float(np.median(steps)) if len(steps) else USUAL_PERIOD / 1e9
     found = np.concatenate([[usual if first is None else first], steps])
-    if known is not None:  # stamps hold whole nanoseconds
-        found[np.abs(found - known) < 1.5e-9] = known
+    if known is not None:  # stamps hold whole nanoseconds, and scans may have been skipped
+        exact = np.round(found / known) * known
+        found = np.where(np.abs(found - exact) < 1.5e-9, exact, found)
     return np.asarray(found, dtype=np.float64)

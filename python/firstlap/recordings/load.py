@@ -35,6 +35,15 @@ def load_recording(
         raise InputError(f"{path}: {error.strerror or error}") from None
 
 
+def load_libraries() -> None:
+    """What reading needs of libraries, so that the first recording is read as fast as the next."""
+    from firstlap.recordings import assemble, mcap_log, npz, ros1_bag, rosbag2
+    from firstlap.recordings.messages import typestore
+
+    del assemble, mcap_log, npz, ros1_bag, rosbag2
+    typestore()
+
+
 def _from_messages(path: Path, topics: Topics, look: Callable[[int], object] | None) -> Recording:
     from firstlap.recordings.assemble import assemble
     from firstlap.recordings.mcap_log import open_mcap

@@ -44,6 +44,7 @@ class Stored:
     """What a storage holds. `messages` reads on and never raises for damage: it ends and adds a remark.
 
     topics may still grow while messages are read. claimed: how many messages a topic has by the metadata.
+    wanted: types of interest; messages of others need not be given.
     """
 
     topics: dict[str, Topic] = field(default_factory=dict)
@@ -51,6 +52,7 @@ class Stored:
     remarks: list[str] = field(default_factory=list)
     claimed: dict[str, int] = field(default_factory=dict)
     metadata: dict[str, dict[str, str]] = field(default_factory=dict)
+    wanted: frozenset[str] | None = None
 
 
 @lru_cache(maxsize=2)

@@ -60,6 +60,7 @@ def load_npz(path: Path, wanted: Topics) -> Recording:
         commands=commands_at(times, held.commands),
         poses=poses if poses is not None else None if held.poses is None else held.poses.at(times),
         frame="map" if poses is not None else "odom" if held.poses is not None else "",
+        odometry=None if held.poses is None else held.poses.at(times),
         laser_x=None if laser_x is None else float(laser_x),
         remarks=tuple(remarks + found.remarks),
         topics={"scan": "ranges", **({"drive": held.commands.name} if held.commands else {})},

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from firstlap import _core
 from firstlap.car_file import Car
@@ -14,52 +16,60 @@ from firstlap.recordings.about import About
 from firstlap.recordings.write import Batch, LogWriter
 from firstlap.setup_file import Setup
 
-SCANS_PER_BATCH = 200
+FIRST_BATCH, MOST_SCANS = 40, 1000
+BATCH_TIME = 0.05
+"""[s] that a batch shall take: the interpreter's lock is needed between batches alone, where the writer may hold it for
+some milliseconds; a slow driver's race shall still be interruptible, and its log up to date."""
 HEADER = ("angle_min", "angle_increment", "time_increment", "range_min", "range_max")
+
+
+def race_about(running: _core.Race, setup: Setup, car: Car, what: str, seed: int) -> About:
+    """What the log of a race that has not begun says of itself."""
+    period = 1.0 / float(car.core.get("lidar", "rate"))  # type: ignore[arg-type]
+    header = tuple(float(running.scan()[name]) for name in HEADER)
+    return About(setup, car, what=what, header=header, scan_period=period, first_dt=period, seed=seed)
 
 
 def drive_and_log(
     running: _core.Race,
-    racer: _core.Racer | None,
+    driver: _core.LoggedDriver,
     about: About,
     path: str | Path,
     look: Callable[[_core.Race], object] | None,
 ) -> None:
     """Drives the race to its end and writes its log. Raises InputError where that cannot be written.
 
-    racer: the race's driver where it is one, for its intermediate results. look: as of `firstlap.race.race`.
+    driver: the one that the race was made with. look: as of `firstlap.race.race`.
     """
-    log = _core.RaceLog(running, racer)
+    scans, known, count = 0, 0, FIRST_BATCH
     with LogWriter(path, about) as writer:
         going = True
         while going:
-            columns = log.advance(SCANS_PER_BATCH)
-            going = columns["going"]
-            if len(columns["time"]):
-                writer.put(_batch(columns, running.scan()))
+            begin = time.perf_counter()
+            going = running.advance(count)
+            count = int(np.clip(count * BATCH_TIME / (time.perf_counter() - begin), 1, MOST_SCANS))
+            columns = driver.take()
+            if len(columns["dt"]):
+                # A driver that takes its time skips scans: dt tells how many.
+                numbers = scans + np.cumsum(np.round(columns["dt"] / about.scan_period).astype(np.int64))
+                truth = _core.truth(running, known)
+                writer.put(_batch(columns, numbers, truth, known, about))
+                scans = int(numbers[-1])
+                known = scans
             if look:
                 look(running)
 
 
-def race_about(running: _core.Race, setup: Setup, car: Car, what: str, seed: int) -> About:
-    """What the log of a race that has not begun says of itself."""
-    period = 1.0 / float(car.core.get("lidar", "rate"))  # type: ignore[arg-type]
-    header = exact_header(running.scan())
-    return About(setup, car, what=what, header=header, scan_period=period, first_dt=period, seed=seed)
-
-
-def exact_header(scan: dict[str, Any]) -> tuple[float, ...]:
-    """The numbers of a scan's header."""
-    return tuple(float(scan[name]) for name in HEADER)
-
-
-def _batch(columns: dict[str, Any], scan: dict[str, Any]) -> Batch:
-    count = len(columns["time"])
+def _batch(
+    columns: dict[str, Any], numbers: npt.NDArray[np.int64], truth: dict[str, Any], known: int, about: About
+) -> Batch:
+    """numbers: (N,) of the scans, from 1. truth: at each scan from `known` + 1 on."""
+    rows = numbers - known - 1
     return Batch(
-        times=np.asarray(np.round(columns["time"] * 1e9), dtype=np.int64),
+        times=np.asarray(np.round(numbers * (about.scan_period or 0.0) * 1e9), dtype=np.int64),
         ranges=columns["ranges"],
-        headers=np.tile(exact_header(scan), (count, 1)),
+        headers=np.tile(np.array(about.header), (len(numbers), 1)),
         measured=columns["measured"],
-        truth=(columns["pose"], columns["truth"][:, :2]),
+        truth=(truth["pose"][rows], truth["motion"][rows]) if len(truth["pose"]) else None,
         columns=columns,
     )

@@ -38,6 +38,7 @@ class Recording:
     states: (N, 3) measured speed [m/s], yaw rate [rad/s], wheel angle [rad].
     sources: of "speed", "yaw_rate" and "steering_angle": what they were taken from, or "none" where they are zero.
     poses: (N, 3) x, y, yaw of base_link in `frame`, or None. frame: "map", "odom" or what the recording calls it.
+    odometry: (N, 3) x, y, yaw of base_link by odometry alone, where it is known beside poses in a map.
     laser_x: [m] of the laser ahead of base_link, where the recording says it.
     remarks: one line each: what was wrong, dropped or assumed.
     about: for a log of ours, what it says of itself.
@@ -55,6 +56,7 @@ class Recording:
     commands: Commands | None = None
     poses: Floats | None = None
     frame: str = ""
+    odometry: Floats | None = None
     laser_x: float | None = None
     remarks: tuple[str, ...] = ()
     topics: dict[str, str] = field(default_factory=dict)
@@ -94,9 +96,9 @@ class Recording:
             )
         return self._part(slice(first_scan, last_scan))
 
-    def first(self, count: int) -> Recording | None:
-        """The first `count` scans, None for none."""
-        return self._part(slice(0, count)) if count else None
+    def first(self, count: int) -> Recording:
+        """The first `count` scans."""
+        return self._part(slice(0, count))
 
     def _part(self, part: slice) -> Recording:
         commands = self.commands
@@ -109,4 +111,5 @@ class Recording:
             states=self.states[part],
             commands=commands and Commands(commands.topic, commands.speed[part], commands.steering_angle[part]),
             poses=None if self.poses is None else self.poses[part],
+            odometry=None if self.odometry is None else self.odometry[part],
         )

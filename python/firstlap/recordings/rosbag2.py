@@ -123,6 +123,7 @@ def _folder_messages(files: list[Path], storage: str, unpack: bool, stored: Stor
                 stored.remarks.append(f"{file.name} cannot be unpacked ({said(error)})")
                 continue
             part.topics, part.remarks, part.metadata = stored.topics, stored.remarks, stored.metadata
+            part.wanted = stored.wanted
             messages = part.messages()
             yield from (_unpacked_messages(file, messages, stored) if unpack else messages)
             for topic, count in part.claimed.items():

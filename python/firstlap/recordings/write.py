@@ -23,8 +23,8 @@ from firstlap.step_log import Columns, rows_of
 
 Floats = npt.NDArray[np.float64]
 
-WAITING = 32
-"""Batches that may wait to be written: then the race waits too, rather than lose any."""
+WAITING = 8000
+"""Scans that may wait to be written, about 150 MB: then the race waits too, rather than lose any."""
 FLUSH_EVERY = 0.5
 """[s] at most between two flushes: what is lost when the process is killed."""
 TOPICS = {
@@ -81,13 +81,18 @@ class LogWriter:
         except OSError as error:
             raise InputError(f"{path}: cannot be written ({error.strerror or error})") from None
         self._about = about
-        self._queue: queue.Queue[Batch | None] = queue.Queue(WAITING)
+        self._queue: queue.SimpleQueue[Batch | None] = queue.SimpleQueue()
+        self._waiting = 0
+        self._room = threading.Condition()
         self._error: BaseException | None = None
         self._thread = threading.Thread(target=self._run, name="log writer", daemon=True)
         self._thread.start()
 
     def put(self, batch: Batch) -> None:
         """Hands a batch over; waits only where too many are waiting. Raises InputError."""
+        with self._room:
+            self._room.wait_for(lambda: self._waiting < WAITING or self._error is not None)
+            self._waiting += len(batch.times)
         self._check()
         self._queue.put(batch)
 
@@ -132,11 +137,14 @@ class LogWriter:
                 if batch is None:
                     break
                 log.add(batch)
+                with self._room:
+                    self._waiting -= len(batch.times)
+                    self._room.notify()
             log.finish()
-        except BaseException as error:
-            self._error = error
-            while self._queue.get() is not None:  # nobody shall wait for a thread that is gone
-                pass
+        except BaseException as error:  # the other thread raises it
+            with self._room:
+                self._error = error
+                self._room.notify()
 
 
 class _Log:

@@ -76,13 +76,21 @@ def _from_numbers(values: npt.NDArray[np.float64], mode: str) -> npt.NDArray[np.
 
 def free_pixels(gray: npt.NDArray[np.uint8], header: MapHeader, notes: list[str]) -> npt.NDArray[np.bool_]:
     """Free pixels (rows, columns) as map_server decides; unknown is not free."""
-    levels = np.arange(256)
-    if header.mode == "raw":
-        occupancy = np.where(levels <= 100, levels / 100.0, 1.0)
-    else:
-        occupancy = levels / 255.0 if header.negate else (255 - levels) / 255.0
-    free = occupancy < header.free_thresh
+    free = _occupancy(header) < header.free_thresh
     if header.mode != "raw" and not header.negate and free[UNKNOWN_GRAY] and (gray == UNKNOWN_GRAY).any():
         free[UNKNOWN_GRAY] = False
         notes.append(f"gray {UNKNOWN_GRAY} is what map savers write for unknown; not taken as free")
     return np.asarray(free[gray])
+
+
+def occupied_pixels(gray: npt.NDArray[np.uint8], header: MapHeader) -> npt.NDArray[np.bool_]:
+    """Occupied pixels (rows, columns) as map_server decides; unknown is not occupied."""
+    return np.asarray((_occupancy(header) > header.occupied_thresh)[gray])
+
+
+def _occupancy(header: MapHeader) -> npt.NDArray[np.float64]:
+    """(256,) how occupied each gray level says that a pixel is, 0 to 1."""
+    levels = np.arange(256)
+    if header.mode == "raw":
+        return np.asarray(np.where(levels <= 100, levels / 100.0, 1.0))
+    return np.asarray(levels / 255.0 if header.negate else (255 - levels) / 255.0)

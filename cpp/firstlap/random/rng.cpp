@@ -1,9 +1,9 @@
-#include "firstlap/sim/rng.hpp"
+#include "firstlap/random/rng.hpp"
 
 #include <cmath>
 #include <cstddef>
 
-namespace firstlap::sim {
+namespace firstlap {
 namespace {
 
 constexpr std::size_t layers = 128;
@@ -67,4 +67,4 @@ double Rng::gaussian_tail(bool negative) noexcept {
   }
 }
 
-}  // namespace firstlap::sim
+}  // namespace firstlap

@@ -1,0 +1,19 @@
+// Scan-to-map matching: from a pose downhill in the likelihood field (Kohlbrecher et al. 2011).
+#pragma once
+
+#include <span>
+
+#include "firstlap/maps/likelihood_field.hpp"
+#include "firstlap/maps/params.hpp"
+#include "firstlap/maps/particle_filter.hpp"
+
+namespace firstlap::maps {
+
+// The pose near `guess` (field's frame) that brings the beams onto walls.
+Pose2 refined(std::span<const Beam> beams, const LikelihoodField& field, const Pose2& guess,
+              const RefineParams& params) noexcept;
+
+// Share of the beams that end within `distance` [m] of a wall; 0 without beams.
+double fit_of(std::span<const Beam> beams, const LikelihoodField& field, const Pose2& pose, double distance) noexcept;
+
+}  // namespace firstlap::maps

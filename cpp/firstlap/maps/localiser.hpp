@@ -1,0 +1,70 @@
+// Where the car is on a map, from scans and odometry: a particle filter, refined by scan-to-map matching, that
+// knows when it is lost. One scan in, one pose out.
+#pragma once
+
+#include <cstdint>
+
+#include "firstlap/car_geometry.hpp"
+#include "firstlap/maps/cloud.hpp"
+#include "firstlap/maps/likelihood_field.hpp"
+#include "firstlap/maps/params.hpp"
+#include "firstlap/maps/particle_filter.hpp"
+#include "firstlap/types.hpp"
+
+namespace firstlap::maps {
+
+struct Estimate {
+  Pose2 pose{};           // of base_link in the map's frame at the end of the sweep
+  double std = 0.0;       // [m] of the particles round it
+  double std_yaw = 0.0;   // [rad]
+  double fit = 0.0;       // share of the scan that lies on the map
+  bool searching = true;  // something does not fit: the filter looks further round
+  bool lost = true;       // the pose must not be trusted: stop
+};
+
+// The pose `time` [s] later, at the measured speed and yaw rate: what a late command will meet.
+Pose2 predicted(const Pose2& pose, const VehicleState& state, const MotionParams& motion, double time) noexcept;
+
+class Localiser {
+ public:
+  // Throws std::invalid_argument: section, field, value, allowed range. Takes the field over.
+  Localiser(LikelihoodField field, const CarGeometry& car, const LocaliserParams& params, std::uint64_t seed);
+  Localiser(const Localiser&) = delete;
+  Localiser& operator=(const Localiser&) = delete;
+
+  // Forgets everything; base_link is about at `pose` of the map's frame, within filter.start_radius and start_angle.
+  void start(const Pose2& pose) noexcept;
+
+  // Shifts all that it believes, in base_link: what a car notices that was picked up and set down elsewhere.
+  void displace(const Pose2& by) noexcept;
+
+  // One scan, the state measured at its end, and the time since the scan before [s]. Never throws, prints, locks,
+  // waits or allocates, whatever the input. Before start() it is lost.
+  Estimate step(const LaserScan& scan, const VehicleState& state, double dt) noexcept;
+
+  [[nodiscard]] const Estimate& estimate() const noexcept { return estimate_; }
+  [[nodiscard]] const LocaliserParams& params() const noexcept { return params_; }
+  [[nodiscard]] std::size_t particles() const noexcept { return filter_.size(); }
+
+ private:
+  void move(const VehicleState& state, double dt) noexcept;
+  bool choose_beams(const LaserScan& scan, const VehicleState& state) noexcept;
+  void locate() noexcept;
+  void judge(const Cluster& cluster, double dt) noexcept;
+  void resample() noexcept;
+
+  LikelihoodField field_;
+  LocaliserParams params_;
+  CloudMaker maker_;
+  ParticleFilter filter_;
+  Buffer<Beam> beams_, dense_;  // those that weigh, and those that refine
+  Pose2 pose_{};                // in the field's frame
+  VehicleState last_{};
+  Estimate estimate_{};
+  double tight_fit_ = 0.0, usual_fit_ = 0.0;  // share of the scan very near to walls, now and on average
+  int searches_ = 0;
+  double average_fit_ = 0.0, good_time_ = 0.0;
+  bool started_ = false, moving_ = false, was_found_ = false, jumped_ = false;
+};
+
+}  // namespace firstlap::maps

@@ -1,0 +1,288 @@
+// Every parameter of mapping and of localisation, with its default, unit, range and meaning.
+#pragma once
+
+#include <string_view>
+#include <tuple>
+#include <type_traits>
+
+#include "firstlap/field.hpp"
+
+namespace firstlap::maps {
+
+// A scan as an evenly spaced cloud with normals.
+struct CloudParams {
+  double range_use = 20.0;
+  double spacing = 0.06;
+  double normal_reach = 0.2;
+  double normal_noise = 0.02;
+  double break_angle = 0.08;
+  double break_max = 0.6;
+
+  static constexpr auto fields() {
+    using P = CloudParams;
+    return std::tuple{
+        Field{"range_use", &P::range_use, "m", 2.0, 60.0, "returns beyond this are not used"},
+        Field{"spacing", &P::spacing, "m", 0.01, 0.5, "neighbouring returns nearer than this become one, their mean"},
+        Field{"normal_reach", &P::normal_reach, "m", 0.02, 1.0, "a normal is fitted over this to both sides"},
+        Field{"normal_noise", &P::normal_noise, "m", 0.001, 0.2, "and is unknown where the points bend more than this"},
+        Field{"break_angle", &P::break_angle, "rad", 0.02, 0.5, "smallest incidence that still is one wall"},
+        Field{"break_max", &P::break_max, "m", 0.1, 3.0, "neighbours farther apart than this are never one wall"},
+    };
+  }
+};
+
+// Point-to-line matching of a cloud with a reference.
+struct MatchParams {
+  int iterations = 20;
+  double reach_first = 0.5;
+  double reach_last = 0.1;
+  double sigma = 0.015;
+  double normal_angle = 0.6;
+  double inlier_distance = 0.05;
+
+  static constexpr auto fields() {
+    using P = MatchParams;
+    return std::tuple{
+        Field{"iterations", &P::iterations, "", 1.0, 200.0, "at most"},
+        Field{"reach_first", &P::reach_first, "m", 0.05, 3.0, "partners are sought this near at first"},
+        Field{"reach_last", &P::reach_last, "m", 0.02, 1.0, "and this near at last"},
+        Field{"sigma", &P::sigma, "m", 0.001, 0.2, "distance of a point from its line that is nothing unusual"},
+        Field{"normal_angle", &P::normal_angle, "rad", 0.1, 3.2, "partners whose normals differ more are none"},
+        Field{"inlier_distance", &P::inlier_distance, "m", 0.005, 0.5, "a point this near to its line fits"},
+    };
+  }
+};
+
+// The pose graph: which scans are kept, what is matched with what, when a loop is closed.
+struct GraphParams {
+  double keyframe_distance = 0.25;
+  double keyframe_angle = 0.15;
+  int submap_keyframes = 20;
+  int edges = 4;
+  double odometry_distance = 0.01;
+  double odometry_angle = 0.02;
+  double match_weight = 0.2;
+  double loop_travel = 12.0;
+  double loop_radius = 0.5;
+  double loop_drift = 0.02;
+  double loop_angle = 0.3;
+  double loop_fit = 0.7;
+  int loop_agree = 6;
+  double loop_agree_distance = 0.15;
+  double loop_agree_angle = 0.03;
+
+  static constexpr auto fields() {
+    using P = GraphParams;
+    return std::tuple{
+        Field{"keyframe_distance", &P::keyframe_distance, "m", 0.02, 5.0, "a scan is kept each time after this"},
+        Field{"keyframe_angle", &P::keyframe_angle, "rad", 0.02, 1.6, "or after this turn"},
+        Field{"submap_keyframes", &P::submap_keyframes, "", 1.0, 200.0, "a new scan is matched with so many"},
+        Field{"edges", &P::edges, "", 1.0, 10.0,
+              "each kept scan is tied to those 1, 2, 4, 8 ... before it, so many of them"},
+        Field{"odometry_distance", &P::odometry_distance, "", 0.0005, 0.5, "error of odometry along, per metre"},
+        Field{"odometry_angle", &P::odometry_angle, "rad", 0.0005, 0.5, "error of its heading, per metre"},
+        Field{"match_weight", &P::match_weight, "", 0.001, 1.0,
+              "a match counts as so many independent points per point"},
+        Field{"loop_travel", &P::loop_travel, "m", 2.0, 500.0, "no loop is shorter than this"},
+        Field{"loop_radius", &P::loop_radius, "m", 0.05, 10.0, "an earlier place is sought this near"},
+        Field{"loop_drift", &P::loop_drift, "", 0.0, 0.2, "and this farther per metre driven since"},
+        Field{"loop_angle", &P::loop_angle, "rad", 0.02, 1.6, "and turned by this at most"},
+        Field{"loop_fit", &P::loop_fit, "", 0.1, 1.0, "share of points that must fit there"},
+        Field{"loop_agree", &P::loop_agree, "", 1.0, 100.0, "so many scans in a row must say the same"},
+        Field{"loop_agree_distance", &P::loop_agree_distance, "m", 0.01, 2.0, "to within this"},
+        Field{"loop_agree_angle", &P::loop_agree_angle, "rad", 0.002, 0.5, "and this"},
+    };
+  }
+};
+
+struct GridParams {
+  double resolution = 0.025;
+  double range_use = 12.0;
+  double occupied_ratio = 0.2;
+  int min_passes = 2;
+  double margin = 0.5;
+
+  static constexpr auto fields() {
+    using P = GridParams;
+    return std::tuple{
+        Field{"resolution", &P::resolution, "m", 0.01, 0.2, "side of a cell"},
+        Field{"range_use", &P::range_use, "m", 1.0, 60.0, "returns beyond this draw nothing"},
+        Field{"occupied_ratio", &P::occupied_ratio, "", 0.01, 1.0,
+              "occupied where this share of the beams that met a cell ended there"},
+        Field{"min_passes", &P::min_passes, "", 1.0, 100.0, "a cell that fewer beams met stays unknown"},
+        Field{"margin", &P::margin, "m", 0.1, 10.0, "of unknown round the map"},
+    };
+  }
+};
+
+// The mapping lap in the simulator.
+struct DriveParams {
+  double speed = 2.0;
+  double overlap = 6.0;
+  double give_up = 600.0;
+
+  static constexpr auto fields() {
+    using P = DriveParams;
+    return std::tuple{
+        Field{"speed", &P::speed, "m/s", 0.3, 10.0, "top speed of the mapping lap"},
+        Field{"overlap", &P::overlap, "m", 0.0, 100.0, "driven on after the loop was seen to close"},
+        Field{"give_up", &P::give_up, "m", 5.0, 100000.0, "driven without a loop: there is none"},
+    };
+  }
+};
+
+struct MapParams {
+  DriveParams drive{};
+  CloudParams cloud{};
+  MatchParams match{};
+  GraphParams graph{};
+  GridParams grid{};
+};
+
+// How the car moves between two scans, for the filter.
+struct MotionParams {
+  double speed_noise = 0.1;
+  double speed_ratio = 0.05;
+  double yaw_rate_noise = 0.1;
+  double yaw_rate_ratio = 0.1;
+  double lateral_ratio = 0.04;
+  double slip = 0.013;
+
+  static constexpr auto fields() {
+    using P = MotionParams;
+    return std::tuple{
+        Field{"speed_noise", &P::speed_noise, "m/s", 0.0, 5.0, "spread of the speed"},
+        Field{"speed_ratio", &P::speed_ratio, "", 0.0, 1.0, "and more of it per m/s"},
+        Field{"yaw_rate_noise", &P::yaw_rate_noise, "rad/s", 0.0, 5.0, "spread of the yaw rate"},
+        Field{"yaw_rate_ratio", &P::yaw_rate_ratio, "", 0.0, 1.0, "and more of it per rad/s"},
+        Field{"lateral_ratio", &P::lateral_ratio, "", 0.0, 1.0, "spread of the sideways speed per m/s ahead"},
+        Field{"slip", &P::slip, "s^2/m", 0.0, 0.1, "angle by which the rear axle slips per lateral acceleration"},
+    };
+  }
+};
+
+struct FilterParams {
+  int particles_min = 2000;
+  int particles_max = 4000;
+  int beams = 60;
+  double sigma_hit = 0.08;
+  double sigma_search = 0.3;
+  double noise_floor = 0.05;
+  double weight_power = 0.5;
+  double start_radius = 2.2;
+  double start_angle = 0.9;
+  double explorers = 0.08;
+  double explorer_radius = 0.7;
+  double explorer_angle = 0.25;
+  double search_radius = 2.2;
+  double search_angle = 0.9;
+  double cluster_radius = 0.5;
+  double cluster_angle = 0.35;
+
+  static constexpr auto fields() {
+    using P = FilterParams;
+    return std::tuple{
+        Field{"particles_min", &P::particles_min, "", 50.0, 20000.0, "particles while all is well"},
+        Field{"particles_max", &P::particles_max, "", 50.0, 20000.0, "particles while searching"},
+        Field{"beams", &P::beams, "", 5.0, 400.0, "returns of a scan that weigh the particles"},
+        Field{"sigma_hit", &P::sigma_hit, "m", 0.01, 1.0, "distance of a return from the map that is nothing unusual"},
+        Field{"sigma_search", &P::sigma_search, "m", 0.01, 2.0, "the same while searching"},
+        Field{"noise_floor", &P::noise_floor, "", 0.0001, 1.0, "likelihood of a return that fits nowhere"},
+        Field{"weight_power", &P::weight_power, "", 0.01, 1.0, "beams are no independent witnesses: exponent"},
+        Field{"start_radius", &P::start_radius, "m", 0.0, 10.0, "the start may be wrong by this"},
+        Field{"start_angle", &P::start_angle, "rad", 0.0, 3.2, "and by this"},
+        Field{"explorers", &P::explorers, "", 0.0, 0.5, "share of particles that look elsewhere nearby, always"},
+        Field{"explorer_radius", &P::explorer_radius, "m", 0.0, 5.0, "this far"},
+        Field{"explorer_angle", &P::explorer_angle, "rad", 0.0, 3.2, "and turned by this"},
+        Field{"search_radius", &P::search_radius, "m", 0.0, 10.0, "a lost filter looks this far"},
+        Field{"search_angle", &P::search_angle, "rad", 0.0, 3.2, "and turned by this"},
+        Field{"cluster_radius", &P::cluster_radius, "m", 0.05, 5.0, "particles this near to the best one count"},
+        Field{"cluster_angle", &P::cluster_angle, "rad", 0.02, 3.2, "and turned from it by this"},
+    };
+  }
+};
+
+struct RefineParams {
+  int iterations = 10;
+  int points = 250;
+  double sigma = 0.05;
+  double reach = 0.4;
+  double prior = 0.05;
+
+  static constexpr auto fields() {
+    using P = RefineParams;
+    return std::tuple{
+        Field{"iterations", &P::iterations, "", 0.0, 50.0, "of scan-to-map matching from the particles' mean (0: off)"},
+        Field{"points", &P::points, "", 10.0, 1000.0, "of the scan that take part"},
+        Field{"sigma", &P::sigma, "m", 0.005, 0.5, "distance of a point from the map that is nothing unusual"},
+        Field{"reach", &P::reach, "m", 0.05, 2.0, "points farther than this from the map do not pull"},
+        Field{"prior", &P::prior, "m", 0.001, 1.0, "how firmly the mean holds where the walls say nothing"},
+    };
+  }
+};
+
+struct LostParams {
+  double fit_distance = 0.1;
+  double fit_search = 0.8;
+  double fit_tight = 0.06;
+  double fit_drop = 0.07;
+  double fit_lost = 0.75;
+  double fit_time = 0.5;
+  double jump = 0.5;
+  double found_time = 0.1;
+  double found_again_time = 0.5;
+  double std_search = 0.4;
+  double std_lost = 0.7;
+
+  static constexpr auto fields() {
+    using P = LostParams;
+    return std::tuple{
+        Field{"fit_distance", &P::fit_distance, "m", 0.02, 1.0, "a point this near to the map fits"},
+        Field{"fit_search", &P::fit_search, "", 0.0, 1.0, "below this share of fitting points the filter searches"},
+        Field{"fit_tight", &P::fit_tight, "m", 0.01, 1.0, "a point this near fits tightly"},
+        Field{"fit_drop", &P::fit_drop, "", 0.0, 1.0,
+              "it also searches where the tight fit is this far below its own average"},
+        Field{"fit_lost", &P::fit_lost, "", 0.0, 1.0, "it is lost where the share, averaged, is below this"},
+        Field{"fit_time", &P::fit_time, "s", 0.01, 10.0, "time of that average"},
+        Field{"jump", &P::jump, "m", 0.05, 10.0, "a pose this far from odometry's fits nothing"},
+        Field{"found_time", &P::found_time, "s", 0.0, 5.0, "it is found when nothing is odd for so long"},
+        Field{"found_again_time", &P::found_again_time, "s", 0.0, 5.0, "or for so long, if it was found before"},
+        Field{"std_search", &P::std_search, "m", 0.01, 5.0, "particles spread wider than this: search"},
+        Field{"std_lost", &P::std_lost, "m", 0.01, 5.0, "particles spread wider than this: lost"},
+    };
+  }
+};
+
+struct LocaliserParams {
+  CloudParams cloud{.range_use = 30.0};
+  MotionParams motion{};
+  FilterParams filter{};
+  RefineParams refine{};
+  LostParams lost{};
+};
+
+template <class AnyParams, class Visitor>
+  requires std::is_same_v<std::remove_cvref_t<AnyParams>, MapParams>
+void for_each_section(AnyParams& params, Visitor&& visit) {
+  visit("drive", params.drive);
+  visit("cloud", params.cloud);
+  visit("match", params.match);
+  visit("graph", params.graph);
+  visit("grid", params.grid);
+}
+
+template <class AnyParams, class Visitor>
+  requires std::is_same_v<std::remove_cvref_t<AnyParams>, LocaliserParams>
+void for_each_section(AnyParams& params, Visitor&& visit) {
+  visit("cloud", params.cloud);
+  visit("motion", params.motion);
+  visit("filter", params.filter);
+  visit("refine", params.refine);
+  visit("lost", params.lost);
+}
+
+// Throw std::invalid_argument: section, field, value, allowed range.
+void validate(const MapParams& params);
+void validate(const LocaliserParams& params);
+
+}  // namespace firstlap::maps

@@ -1,0 +1,89 @@
+"""firstlap line"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.markup import escape
+from rich.progress import BarColumn, TextColumn
+
+from firstlap.cli.common import CarOption, JsonOption, console, note, print_json, progress_bar
+
+
+def line(
+    track: Annotated[
+        str,
+        typer.Argument(metavar="MAP", help="A ROS map YAML, one of our tracks by name, a track file, or random:SEED."),
+    ],
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="Where the line goes, a .csv.")],
+    plot: Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Draw the line with its speeds.")] = None,
+    car: CarOption = "default",
+    mu: Annotated[float | None, typer.Option("--mu", help="Friction to plan with; default: the car's.")] = None,
+    margin: Annotated[float | None, typer.Option("--margin", help="Metres between the car and any wall.")] = None,
+    changes: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="NAME=VALUE", help="Any of the line's parameters, see docs/parameters.md."),
+    ] = None,
+    reverse: Annotated[bool, typer.Option("--reverse", help="For driving the other way round.")] = False,
+    as_json: JsonOption = False,
+) -> int:
+    """Compute the fastest line between the walls for a car, with its speeds."""
+    from firstlap.car_file import load_car
+    from firstlap.output import check_writable
+    from firstlap.plot import PICTURES
+    from firstlap.raceline.corridor import Corridor
+    from firstlap.raceline.line import make_line
+    from firstlap.raceline.line_file import SUFFIXES, write_line
+    from firstlap.raceline.params import LINE_FIELDS, LineParams
+    from firstlap.raceline.plot import plot_line
+    from firstlap.table import check_values, from_values
+    from firstlap.tracks.library import load_track
+
+    check_writable(output, SUFFIXES)
+    if plot:
+        check_writable(plot, PICTURES)
+    values = dict(LINE_FIELDS.parse_assignment(text) for text in changes or [])
+    given = {entry.key: value for entry, value in values.items()}
+    named = {"mu": mu, "margin": margin}
+    given |= {f"line.{name}": value for name, value in named.items() if value is not None}
+    params = from_values(LineParams, "line", check_values(LINE_FIELDS, dict(given), "firstlap line"))
+    loaded_car, loaded = load_car(car), load_track(track)
+    loaded = loaded.reversed() if reverse else loaded
+    with progress_bar(TextColumn("{task.description}"), BarColumn(50)) as bar:
+        task = bar.add_task("line", total=1.0)
+        found = make_line(
+            loaded,
+            loaded_car,
+            params,
+            lambda what, share: bar.update(task, description=f"least {what}", completed=share),
+        )
+    write_line(found, output)
+    if plot:
+        plot_line(found, loaded, plot)
+    clearance = float(Corridor(loaded, loaded_car).clearance(found.path.poses).min())
+    if as_json:
+        print_json(
+            {
+                "track": loaded.name,
+                "car": loaded_car.name,
+                "set": given,
+                "length": found.length,
+                "lap_time": found.lap_time,
+                "min_clearance": clearance,
+                "notes": [*loaded.notes, *found.notes],
+            }
+        )
+        return 0
+    for remark in [*loaded.notes, *found.notes]:
+        note(remark)
+    out = console()
+    out.print(
+        f"{escape(loaded.name)}: lap {found.lap_time:.2f} s on a line of {found.length:.1f} m, "
+        f"{found.speed.min():.1f} to {found.speed.max():.1f} m/s, at least {clearance:.2f} m from the walls"
+    )
+    out.print(escape(f"line: {output}"), soft_wrap=True)
+    if plot:
+        out.print(escape(f"picture: {plot}"), soft_wrap=True)
+    return 0

@@ -1,0 +1,121 @@
+"""firstlap map"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.markup import escape
+from rich.table import Table
+
+from firstlap import __version__
+from firstlap.car_file import load_car
+from firstlap.cli.common import CarOption, JsonOption, SetupOption, chosen_setup, console, print_json, progress_bar
+from firstlap.cli.recording import DriveTopic, ImuTopic, OdomTopic, ScanTopic, SpeedOption, read
+from firstlap.errors import InputError
+from firstlap.output import check_writable
+
+SourceArgument = Annotated[
+    str, typer.Argument(metavar="TRACK|RECORDING", help="A track as of `race`, or a recording with odometry.")
+]
+
+
+def map_command(
+    source: SourceArgument,
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="MAP", help="YAML; a PGM goes beside it.")],
+    setup: SetupOption = "sure",
+    changes: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="NAME=VALUE", help="Change one parameter of mapping; repeatable."),
+    ] = None,
+    car: CarOption = "default",
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Of everything random.")] = 1,
+    check: Annotated[bool, typer.Option("--check", help="Compare the map with the track's true walls.")] = False,
+    scan_topic: ScanTopic = None,
+    odom_topic: OdomTopic = None,
+    imu_topic: ImuTopic = None,
+    drive_topic: DriveTopic = None,
+    speed: SpeedOption = None,
+    plot: Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Write a picture of the map.")] = None,
+    as_json: JsonOption = False,
+) -> int:
+    """Map a track from one slow lap, or a recording: match scans, close the loop, write an occupancy map."""
+    from firstlap.mapping.make import MapResult, map_observations, map_track
+    from firstlap.mapping.occupancy_map import MAP_SUFFIXES, write_map
+    from firstlap.mapping.parameters import map_settings
+    from firstlap.mapping.recording import car_of, check_odometry, is_recording, observations
+    from firstlap.recordings import Topics
+
+    check_writable(output, MAP_SUFFIXES)
+    check_writable(output.with_suffix(".pgm"), (".pgm",))
+    if plot:
+        from firstlap.plot import PICTURES
+
+        check_writable(plot, PICTURES)
+    settings, chosen_car, chosen = map_settings(changes), load_car(car), chosen_setup(setup, None)
+    recording = None
+    if is_recording(source):
+        if check:
+            raise InputError(f"{source}: --check needs a track, whose true walls are known; this is a recording")
+        recording = read(Path(source), Topics(scan_topic, odom_topic, imu_topic, drive_topic, None, speed))
+        check_odometry(recording)
+    with progress_bar() as bar:
+        task = bar.add_task("mapping", total=1.0)
+
+        def look(what: str, done: float, total: float) -> None:
+            bar.update(task, description=what, completed=done, total=total)
+
+        error = None
+        result: MapResult
+        if recording is not None:
+            result = map_observations(
+                observations(recording),
+                car_of(recording, chosen_car),
+                name=source,
+                total=len(recording),
+                settings=settings,
+                look=look,
+            )
+        else:
+            from firstlap.tracks.library import load_track
+
+            track = load_track(source)
+            result = map_track(track, chosen, chosen_car, seed=seed, settings=settings, look=look)
+            if check:
+                from firstlap.mapping.check import check_map, true_start
+
+                error = check_map(result.map, track, true_start(track, chosen_car))
+        picture = write_map(result.map, output)
+    found: dict[str, Any] = {"version": __version__, "source": source, "map": str(output), **result.to_dict()}
+    if error:
+        found["error"] = error.to_dict()
+    if plot:
+        from firstlap.mapping.plot import plot_map
+
+        details = f"{found['travelled']:.1f} m driven   ·   {found['kept_scans']} scans   ·   {found['loops']} loops"
+        plot_map(result, plot, Path(source).stem if "/" in source else source, details)
+    if as_json:
+        print_json(found)
+    else:
+        _print(found, picture, plot)
+    return 0
+
+
+def _print(found: dict[str, Any], picture: Path, plot: Path | None) -> None:
+    table = Table(title=escape(f"map of {found['source']}"), show_header=False)
+    table.add_row("driven", f"{found['travelled']:.1f} m, loop closed at {found['loop_closed_at']:.1f} m")
+    table.add_row("scans", f"{found['scans']}, {found['kept_scans']} kept")
+    table.add_row("matches", f"{found['matches']}, {found['loops']} across the loop")
+    table.add_row("the loop moved it by", f"{found['moved_by_loop']:.3f} m at most")
+    table.add_row("size", f"{found['columns']} x {found['rows']} cells of {found['resolution']:g} m")
+    if "error" in found:
+        error = found["error"]
+        table.add_row("walls off by", f"{error['rms']:.3f} m rms, {error['p95']:.3f} m p95 (best rigid fit)")
+        table.add_row("", f"{error['rms_start']:.3f} m rms (laid on the true start)")
+        table.add_row("true walls found", f"{100 * error['complete']:.1f} %")
+    out = console()
+    out.print(table)
+    out.print(escape(f"map: {found['map']} and {picture}"), soft_wrap=True)
+    if plot:
+        out.print(escape(f"picture: {plot}"), soft_wrap=True)

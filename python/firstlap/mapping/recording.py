@@ -1,0 +1,71 @@
+"""Recordings as what a mapper sees: scans, and odometry from the recorded speed and yaw rate."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from firstlap import _core
+from firstlap.car_file import Car
+from firstlap.errors import InputError
+from firstlap.mapping.observation import Observation, Scan, motion_of
+from firstlap.mapping.poses import between
+from firstlap.recordings import Recording
+from firstlap.tracks.track import FloatArray
+
+SUFFIXES = (".npz", ".mcap", ".db3", ".bag")
+
+
+def is_recording(source: str) -> bool:
+    """Whether a command's argument names a recording rather than a track."""
+    path = Path(source)
+    return path.suffix.lower() in SUFFIXES or path.is_dir()
+
+
+def check_odometry(recording: Recording) -> None:
+    """Raises InputError where nothing was recorded of how the car moved."""
+    if recording.sources.get("speed", "none") == "none" and _odometry(recording) is None:
+        raise InputError(
+            f"{recording.source}: no odometry; a map needs the car's speed and yaw rate, or its Ackermann commands"
+        )
+
+
+def car_of(recording: Recording, car: Car) -> Car:
+    """The car with its laser where the recording says it is."""
+    if recording.laser_x is None:
+        return car
+    core = _core.Car(car.core)
+    core.set("geometry", "laser_x", recording.laser_x)
+    return Car(car.name, core, car.source)
+
+
+def observations(recording: Recording) -> Iterator[Observation]:
+    """One after the other. Poses count only where they are odometry's, never where they are a map's."""
+    poses = _odometry(recording)
+    motions = _from_states(recording) if poses is None else np.vstack([np.zeros(3), between(poses[:-1], poses[1:])])
+    for i, ranges in enumerate(recording.ranges):
+        header = [float(value) for value in recording.headers[i]]
+        yield Observation(
+            time=float(recording.stamps[i]),
+            speed=float(recording.speed[i]),
+            yaw_rate=float(recording.yaw_rate[i]),
+            motion=motions[i],
+            scan=lambda ranges=ranges, header=header: Scan(  # type: ignore[misc]
+                np.ascontiguousarray(ranges, dtype=np.float32), *header
+            ),
+        )
+
+
+def _odometry(recording: Recording) -> FloatArray | None:
+    """(N, 3) poses by odometry, where the recording has them."""
+    return recording.poses if recording.odometry is None and recording.frame == "odom" else recording.odometry
+
+
+def _from_states(recording: Recording) -> FloatArray:
+    states = recording.states
+    mean = 0.5 * (states[1:] + states[:-1])
+    dts = np.diff(recording.stamps)
+    steps = [motion_of(speed, rate, dt) for (speed, rate, _), dt in zip(mean, dts, strict=True)]
+    return np.vstack([np.zeros(3), *steps])

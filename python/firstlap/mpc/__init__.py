@@ -1,0 +1,1 @@
+"""Predictive control along a line."""

@@ -1,0 +1,1 @@
+"""The optimal line on a known map, offline."""

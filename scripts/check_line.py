@@ -1,0 +1,53 @@
+"""Compares the lap time of our racing lines with an independent nonlinear program (casadi, ipopt). 1 where beyond 1 %.
+
+Needs the extra `global`. Takes a minute or so per track: progress on stderr.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+
+from firstlap.car_file import load_car
+from firstlap.raceline.line import make_line
+from firstlap.raceline.params import LineParams, limits_of
+from firstlap.raceline.path import resampled
+from firstlap.raceline.reference import reference_line
+from firstlap.raceline.velocity import profile
+from firstlap.tracks.library import load_track
+
+TRACKS = ("arena", "slalom", "corners")
+ALLOWED = 0.01
+
+
+def main() -> int:
+    """One row per track."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("tracks", nargs="*", default=TRACKS)
+    parser.add_argument("--car", default="default")
+    arguments = parser.parse_args()
+    car, params = load_car(arguments.car), LineParams()
+    limits = limits_of(car, params)
+    print("track        ours s    reference s   its line, our profile s   ours to reference   took s   solver")
+    worst = 0.0
+    for name in arguments.tracks:
+        print(f"{name} ...", end="\r", file=sys.stderr)
+        track = load_track(name)
+        ours = make_line(track, car, params)
+        begin = time.perf_counter()
+        reference = reference_line(track, car, params)
+        took = time.perf_counter() - begin
+        path = resampled(reference.points, params.spacing)
+        again = profile(path.curvature, path.step, limits).time
+        off = ours.lap_time / reference.time - 1.0
+        worst = max(worst, abs(off))
+        print(
+            f"{name:12s} {ours.lap_time:6.3f}    {reference.time:11.3f}   {again:23.3f}   {100 * off:+15.2f} %"
+            f"   {took:6.1f}   {reference.status}"
+        )
+    return 0 if worst <= ALLOWED else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
