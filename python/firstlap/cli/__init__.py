@@ -7,7 +7,7 @@ import sys
 import typer
 
 from firstlap import __version__
-from firstlap.cli import bench, check, compare, explain, race, replay, survey, tracks
+from firstlap.cli import bench, check, compare, explain, perception, race, replay, survey, tracks
 from firstlap.cli.common import fail
 from firstlap.cli.process import (
     Commands,
@@ -31,6 +31,7 @@ app = typer.Typer(
 app.command("race")(race.race)
 app.command("survey")(survey.survey)
 app.command("compare")(compare.compare)
+app.command("perception")(perception.perception)
 app.command("explain")(explain.explain)
 app.command("replay")(replay.replay)
 app.command("check")(check.check)
