@@ -53,8 +53,8 @@ class AgainstMap:
     track: Track
     setup: Setup
     car: Car
-    direction: str
     perception: Perception
+    in_reverse: list[bool] = field(default_factory=list)
     walls: dict[int, list[FloatArray]] = field(default_factory=lambda: {LEFT: [], RIGHT: []})
     lines: list[FloatArray] = field(default_factory=list)
 
@@ -63,7 +63,8 @@ class AgainstMap:
         return {
             "recording": self.name,
             "map": self.track.source,
-            "direction": self.direction,
+            "in_reverse": round(float(np.mean(self.in_reverse)), 5) if self.in_reverse else None,
+            "turns": int(np.count_nonzero(np.diff(self.in_reverse))),
             "setup": self.setup.name,
             "set": {f"{section}.{name}": value for (section, name), value in self.setup.changed.items()},
             "car": self.car.name,
@@ -88,18 +89,17 @@ def measure(
 ) -> AgainstMap:
     """Replays every scan of a recording with poses and measures it against the map at `map_path`.
 
-    The direction of travel is the recording's own. look: called after every scan with how many are done; an exception
+    The direction of travel is the car's own: left and right change where it turns round. look: called after every scan with how many are done; an exception
     from it ends the replay. Raises InputError.
     """
     poses = recording.poses
     if poses is None:
         raise InputError(f"{recording.name}: has no poses; only a recording with poses can be held against a map")
     track = load_track(str(map_path))
-    direction = "forward"
-    if _drives_against(track, poses):
-        track, direction = track.reversed(), "reverse"
-    perception = Perception(Truth.of(track), tolerance=TOLERANCE)
-    found = AgainstMap(recording.name, track, setup, car, direction, perception)
+    forward = Truth.of(track)
+    backward = forward.reversed()
+    perception = Perception(forward, tolerance=TOLERANCE)
+    found = AgainstMap(recording.name, track, setup, car, perception)
     if recording.laser_x is not None and ("car", "laser_x") not in setup.changed:
         setup = setup.with_assignments([f"laser_x={recording.laser_x}"])
     racer = Racer(setup, car)
@@ -121,6 +121,9 @@ def measure(
         )
         x, y, yaw = (float(v) for v in poses[i])
         seen = Seen.of(racer.trace, front)
+        reverse = forward.along(x, y, yaw) < 0.0
+        perception.truth = backward if reverse else forward
+        found.in_reverse.append(reverse)
         perception.add(seen, (x, y, yaw), float(dt))
         for side in (LEFT, RIGHT):
             found.walls[side].append(to_world(seen.points[seen.side == side], (x, y, yaw)))
@@ -131,11 +134,3 @@ def measure(
             look(i + 1)
     return found
 
-
-def _drives_against(track: Track, poses: FloatArray) -> bool:
-    """Whether the car of `poses` (N, 3) drives against the track's direction."""
-    line = track.centerline
-    tangent = np.roll(line, -1, axis=0) - line
-    index = np.argmin(np.hypot(*np.moveaxis(poses[::10, None, :2] - line[None], 2, 0)), axis=1)
-    way = np.diff(poses[::10, :2], axis=0)
-    return bool((way * tangent[index[:-1]]).sum() < 0.0)

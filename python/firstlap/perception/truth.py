@@ -72,6 +72,16 @@ class Truth:
         width = distances(line, solid["left"]) + distances(line, solid["right"])
         return cls(line, width, np.vstack(samples), np.concatenate(sides))
 
+    def reversed(self) -> Truth:
+        """The truth for the other direction of travel."""
+        swapped = np.where(self.sides == NEITHER, NEITHER, -self.sides).astype(np.int8)
+        return Truth(self.line[::-1].copy(), self.width[::-1].copy(), self.walls, swapped)
+
+    def along(self, x: float, y: float, yaw: float) -> float:
+        """Cosine of the angle between `yaw` [rad] and the direction of travel beside (x, y) [m]."""
+        tangent = self._tangent[int(self._line_tree.query((x, y))[1])]
+        return float(tangent @ (np.cos(yaw), np.sin(yaw)))
+
     def station(self, x: float, y: float, yaw: float) -> int:
         """Index into `line` next to a car at (x, y) [m] that heads for `yaw` [rad]: of the stretch that it drives."""
         near = np.asarray(self._line_tree.query((x, y), k=min(40, len(self.line)))[1])
