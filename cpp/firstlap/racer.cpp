@@ -107,7 +107,7 @@ bool Racer::perceive(const LaserScan& scan, const VehicleState& state) noexcept 
   scan_to_points(scan, table_, state, params_.scan, params_.car, trace_.points);
   if (trace_.points.size() < 4) return false;
   segment(trace_.points, table_.angle_step(), memory_.width, params_.segmentation, trace_.sections);
-  sample_sections(trace_.points, trace_.sections, params_.centerline.spacing, trace_.samples);
+  sample_sections(trace_.points, trace_.sections, params_.car, params_.centerline.spacing, trace_.samples);
   vote_by_past(memory_.walls, memory_.path, params_.segmentation, trace_.samples);
   ranges_by_beam(trace_.points, table_.size(), ranges_);
   return true;

@@ -29,7 +29,7 @@ void push_between(Point2 a, Point2 b, double spacing, std::size_t section, Buffe
   const int pieces = std::clamp(static_cast<int>(d / spacing), 1, 40);
   for (int k = 1; k <= pieces; ++k) {
     const double t = static_cast<double>(k) / static_cast<double>(pieces);
-    samples.push({a.x + t * (b.x - a.x), a.y + t * (b.y - a.y), section, 0});
+    samples.push({.x = a.x + t * (b.x - a.x), .y = a.y + t * (b.y - a.y), .section = section});
   }
 }
 
@@ -68,7 +68,7 @@ void sample_section(const Buffer<ScanPoint>& points, const Section& section, std
   const std::size_t before = samples.size();
   sample_run(points, middle, section.first, start, spacing, index, samples);
   std::reverse(samples.begin() + before, samples.end());
-  samples.push({start.x, start.y, index, 0});
+  samples.push({.x = start.x, .y = start.y, .section = index});
   sample_run(points, middle, section.last, start, spacing, index, samples);
 }
 
@@ -88,6 +88,19 @@ int side_of_path(const Buffer<TrajectoryPoint>& path, double x, double y, double
   if (nearest == nullptr || nearest == &path.front() || nearest == &path.back()) return 0;
   const double cross = std::cos(nearest->yaw) * (y - nearest->y) - std::sin(nearest->yaw) * (x - nearest->x);
   return cross > 0.0 ? 1 : -1;
+}
+
+// The line of sight past an end of a section, where the next beam beyond it went on for long. It runs along that beam:
+// beams may be missing in between.
+Sight sight_past(const ScanPoint& end, const ScanPoint& beyond, const CarGeometry& car, double shadow) noexcept {
+  constexpr double on = 0.5;       // [m] that the next beam must go on
+  constexpr double apart = 0.988;  // cosine of the angle beyond which the next beam tells nothing of this end
+  if (beyond.range < end.range + on) return {};
+  const double ex = end.x - car.laser_x;
+  const double bx = beyond.x - car.laser_x;
+  const double length = norm(bx, beyond.y);
+  if (ex * bx + end.y * beyond.y < apart * length * norm(ex, end.y)) return {};
+  return {static_cast<float>(bx / length), static_cast<float>(beyond.y / length), static_cast<float>(shadow)};
 }
 
 std::size_t first_kept(const Buffer<Section>& sections) noexcept {
@@ -147,7 +160,7 @@ void push_range(const Buffer<SectionSample>& samples, const SampleRange& range, 
     Point2 out{};
     if (i == range.first && open_before) out = outward_at(samples, i, std::min(range.last, i + reach));
     if (i == range.last && open_after) out = outward_at(samples, i, i >= range.first + reach ? i - reach : range.first);
-    side.push(samples[i].x, samples[i].y, out, 0.0F);
+    side.push(samples[i].x, samples[i].y, out, samples[i].sight, 0.0F);
   }
 }
 
@@ -158,7 +171,7 @@ void push_bridge(const Buffer<SectionSample>& samples, const SampleRange& a, con
   const int pieces = static_cast<int>(norm(q.x - p.x, q.y - p.y) / spacing);
   for (int k = 1; k <= pieces; ++k) {
     const double t = static_cast<double>(k) / static_cast<double>(pieces + 1);
-    side.push(p.x + t * (q.x - p.x), p.y + t * (q.y - p.y), {}, 0.0F);
+    side.push(p.x + t * (q.x - p.x), p.y + t * (q.y - p.y), {}, {}, 0.0F);
   }
 }
 
@@ -191,14 +204,21 @@ void build_side(const Buffer<SectionSample>& samples, std::span<const SampleRang
 
 }  // namespace
 
-void sample_sections(const Buffer<ScanPoint>& points, const Buffer<Section>& sections, double spacing,
-                     Buffer<SectionSample>& samples) noexcept {
+void sample_sections(const Buffer<ScanPoint>& points, const Buffer<Section>& sections, const CarGeometry& car,
+                     double spacing, Buffer<SectionSample>& samples) noexcept {
   constexpr std::size_t enough = 3;  // points that are no chance
   samples.clear();
   for (std::size_t i = 0; i < sections.size(); ++i) {
     const Section& section = sections[i];
     const bool small_but_real = section.fate == Fate::too_small && section.last - section.first + 1 >= enough;
-    if (section.fate == Fate::kept || small_but_real) sample_section(points, section, i, spacing, samples);
+    if (section.fate != Fate::kept && !small_but_real) continue;
+    const std::size_t before = samples.size();
+    sample_section(points, section, i, spacing, samples);
+    if (samples.size() == before) return;
+    if (section.first > 0)
+      samples[before].sight = sight_past(points[section.first], points[section.first - 1], car, 1.0);
+    if (section.last + 1 < points.size())
+      samples.back().sight = sight_past(points[section.last], points[section.last + 1], car, -1.0);
   }
 }
 

@@ -17,6 +17,7 @@ struct SectionSample {
   double y = 0.0;           // [m] base_link
   std::size_t section = 0;  // index of its section
   int vote = 0;             // +1 it was left before, -1 it was right, 0 not known
+  Sight sight{};            // past the section's end, at its first and last sample
 };
 
 struct SplitCandidate {
@@ -32,8 +33,8 @@ struct Candidates {
 };
 
 // Samples of all sections that are not seen through, about `spacing` apart, in scan order.
-void sample_sections(const Buffer<ScanPoint>& points, const Buffer<Section>& sections, double spacing,
-                     Buffer<SectionSample>& samples) noexcept;
+void sample_sections(const Buffer<ScanPoint>& points, const Buffer<Section>& sections, const CarGeometry& car,
+                     double spacing, Buffer<SectionSample>& samples) noexcept;
 
 // Gives each sample the side that it had in the past: that of a wall sample seen there before, or of
 // the side of the previous path on which it lies. Both are in today's base_link.
