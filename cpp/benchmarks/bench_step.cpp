@@ -126,7 +126,7 @@ void stage_vote_by_past(benchmark::State& state) {
   Buffer<SectionSample> samples(max_samples);
   sample_sections(s.racer.trace().points, s.racer.trace().sections, 0.15, samples);
   for (auto _ : state) {
-    vote_by_past(s.racer.trace().walls, s.racer.trace().path, s.params.segmentation, samples);
+    vote_by_past(s.racer.trace().walls, s.racer.trace().path, no_trail, s.params.segmentation, samples);
     benchmark::DoNotOptimize(samples.data());
   }
 }

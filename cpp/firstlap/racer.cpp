@@ -123,15 +123,15 @@ bool Racer::perceive(const LaserScan& scan, const VehicleState& state) noexcept 
   if (trace_.points.size() < 4) return false;
   segment(trace_.points, table_.angle_step(), memory_.width, params_.segmentation, trace_.sections);
   sample_sections(trace_.points, trace_.sections, params_.car, params_.centerline.spacing, trace_.samples);
-  vote_by_past(memory_.walls, memory_.path, params_.segmentation, trace_.samples);
+  vote_by_past(memory_.walls, memory_.path, memory_.trail, params_.segmentation, trace_.samples);
   ranges_by_beam(trace_.points, table_.size(), ranges_);
   return true;
 }
 
 void Racer::build_line(std::size_t split, WallsSeen& walls, Centerline& line) noexcept {
   const SegmentationParams& p = params_.segmentation;
-  split_into_sides(trace_.sections, trace_.samples, split, params_.centerline.spacing, passable_gap(memory_.width, p),
-                   p.chain_gap, walls);
+  split_into_sides(trace_.points, trace_.sections, trace_.samples, split, params_.car, params_.centerline.spacing,
+                   passable_gap(memory_.width, p), p.chain_gap, walls);
   recall_hidden(memory_.walls, table_, ranges_, params_.car, params_.centerline.memory_time, walls);
   trace_centerline(walls, memory_.trail, memory_.width, params_.car, params_.track_width, params_.centerline, line);
 }
@@ -142,7 +142,7 @@ void Racer::forget_the_way() noexcept {
   memory_.walls.right.clear();
   memory_.path.clear();
   memory_.trail.clear();
-  vote_by_past(memory_.walls, memory_.path, params_.segmentation, trace_.samples);
+  vote_by_past(memory_.walls, memory_.path, memory_.trail, params_.segmentation, trace_.samples);
 }
 
 // The best split is the one whose line is usable for longest; the second best is tried only where the

@@ -72,11 +72,13 @@ void sample_section(const Buffer<ScanPoint>& points, const Section& section, std
   sample_run(points, middle, section.last, start, spacing, index, samples);
 }
 
-// +1 where (x, y) lies left of the path, -1 right of it, 0 where it is too far away to tell.
-int side_of_path(const Buffer<TrajectoryPoint>& path, double x, double y, double radius) noexcept {
+// +1 where (x, y) lies left of a path or a trail, -1 right of it, 0 where it is too far away to tell. One in
+// `stride` points is looked at.
+template <class Points>
+int side_of_way(const Points& path, std::size_t stride, double x, double y, double radius) noexcept {
   double best = radius * radius;
-  const TrajectoryPoint* nearest = nullptr;
-  for (std::size_t i = 0; i < path.size(); i += 2) {
+  decltype(&path.front()) nearest = nullptr;
+  for (std::size_t i = 0; i < path.size(); i += stride) {
     const double dx = x - path[i].x;
     const double dy = y - path[i].y;
     const double d = dx * dx + dy * dy;
@@ -175,6 +177,32 @@ void push_bridge(const Buffer<SectionSample>& samples, const SampleRange& a, con
   }
 }
 
+// Sections before `right` and after `left` show past the end of the right and the left wall that is next to the car, as
+// after a hairpin: they may belong to the other wall.
+struct Beyond {
+  std::size_t right = 0;
+  std::size_t left = max_sections;
+};
+
+Beyond beyond_ends(const Buffer<ScanPoint>& points, const Buffer<Section>& sections, const CarGeometry& car,
+                   std::size_t split) noexcept {
+  constexpr double on = 0.5;  // [m] that the next wall is further away
+  const double beside = car.laser_x + 0.3;
+  Beyond beyond;
+  std::size_t before = sections.size();
+  for (std::size_t i = 0; i < sections.size(); ++i) {
+    if (sections[i].fate != Fate::kept) continue;
+    if (before < i) {
+      const ScanPoint& end = points[sections[before].last];
+      const ScanPoint& start = points[sections[i].first];
+      if (i < split && end.range > start.range + on && start.x < beside) beyond.right = i;
+      if (before >= split && start.range > end.range + on && end.x < beside) beyond.left = std::min(beyond.left, before);
+    }
+    before = i;
+  }
+  return beyond;
+}
+
 // The ranges of one side, in scan order, as far as they hang together with its best anchor. What is near
 // the car always counts.
 void build_side(const Buffer<SectionSample>& samples, std::span<const SampleRange> ranges,
@@ -222,8 +250,8 @@ void sample_sections(const Buffer<ScanPoint>& points, const Buffer<Section>& sec
   }
 }
 
-void vote_by_past(const WallsSeen& before, const Buffer<TrajectoryPoint>& path, const SegmentationParams& params,
-                  Buffer<SectionSample>& samples) noexcept {
+void vote_by_past(const WallsSeen& before, const Buffer<TrajectoryPoint>& path, const Buffer<TrailPoint>& trail,
+                  const SegmentationParams& params, Buffer<SectionSample>& samples) noexcept {
   constexpr double same_wall = 0.1;  // [m]
   WallSearch left(before.left, before.left.size());
   WallSearch right(before.right, before.right.size());
@@ -237,7 +265,8 @@ void vote_by_past(const WallsSeen& before, const Buffer<TrajectoryPoint>& path, 
     if (std::min(first, second) < params.past_radius)
       sample.vote = (first < second) == ask_left_first ? 1 : -1;
     else
-      sample.vote = side_of_path(path, sample.x, sample.y, params.path_radius);
+      sample.vote = side_of_way(path, 2, sample.x, sample.y, params.path_radius);
+    if (sample.vote == 0) sample.vote = side_of_way(trail, 1, sample.x, sample.y, params.path_radius);
   }
 }
 
@@ -293,10 +322,12 @@ Candidates rank_splits(const Buffer<ScanPoint>& points, const Buffer<Section>& s
   return best;
 }
 
-void split_into_sides(const Buffer<Section>& sections, const Buffer<SectionSample>& samples, std::size_t split,
-                      double spacing, double bridge, double chain_gap, WallsSeen& walls) noexcept {
+void split_into_sides(const Buffer<ScanPoint>& points, const Buffer<Section>& sections,
+                      const Buffer<SectionSample>& samples, std::size_t split, const CarGeometry& car, double spacing,
+                      double bridge, double chain_gap, WallsSeen& walls) noexcept {
   SideRanges right;
   SideRanges left;
+  const Beyond beyond = beyond_ends(points, sections, car, split);
   for (std::size_t i = 0; i < samples.size();) {
     const std::size_t index = samples[i].section;
     SampleRange range{i, i, sections[index].nearest};
@@ -305,10 +336,13 @@ void split_into_sides(const Buffer<Section>& sections, const Buffer<SectionSampl
       votes += samples[++range.last].vote;
     const Section& section = sections[index];
     const bool small = section.fate != Fate::kept;
-    // A small section decides nothing, but it keeps the side that it had.
-    const bool is_right = small && votes != 0 ? votes < 0 : index < split;
-    (is_right ? right : left).push(range, small ? 0.0 : section.length / std::max(0.1, section.nearest));
+    // A small section decides nothing, but it keeps the side that it had. What shows past a wall's end keeps it too, or
+    // has none.
     i = range.last + 1;
+    const bool shows_past = index < beyond.right || index > beyond.left;
+    if (shows_past && votes == 0) continue;
+    const bool is_right = (small && votes != 0) || shows_past ? votes < 0 : index < split;
+    (is_right ? right : left).push(range, small ? 0.0 : section.length / std::max(0.1, section.nearest));
   }
   build_side(samples, right.ranges(), right.weights(), spacing, bridge, chain_gap, walls.right);
   build_side(samples, left.ranges(), left.weights(), spacing, bridge, chain_gap, walls.left);

@@ -62,6 +62,14 @@ struct WallsSeen {
   WallSide right;
 };
 
+// Where the car has been, in today's base_link, oldest first.
+struct TrailPoint {
+  double x = 0.0;
+  double y = 0.0;
+  double yaw = 0.0;
+  double age = 0.0;  // [s]
+};
+
 // Expresses every sample in the base_link that `motion` (in the old base_link) leads to, `dt` later.
 void move_walls(const Pose2& motion, double dt, WallsSeen& walls) noexcept;
 

@@ -101,7 +101,7 @@ TEST(Sides, votes_come_from_walls_seen_before_at_the_same_place) {
     before.left.push(x, -1.0, {}, 0.0F);  // the world upside down
     before.right.push(x, 1.0, {}, 0.0F);
   }
-  vote_by_past(before, Buffer<TrajectoryPoint>(8), s.params, s.samples);
+  vote_by_past(before, Buffer<TrajectoryPoint>(8), Buffer<TrailPoint>(8), s.params, s.samples);
   for (const SectionSample& sample : s.samples) {
     if (sample.x > -0.5 && sample.x < 4.5) {
       EXPECT_EQ(sample.vote, sample.y < 0.0 ? 1 : -1);
@@ -113,7 +113,7 @@ TEST(Sides, votes_come_from_the_previous_path_where_no_wall_was_seen) {
   Sides s(scene::Course{}.straight(40).walls(2.0).scan({10.0, 0.0, 0.0}));
   Buffer<TrajectoryPoint> path(100);
   for (int i = 0; i < 60; ++i) path.push({0.1 * i, 0.1 * i - 1.0, 0.0, 0.0, 0.0, 1.0});
-  vote_by_past(WallsSeen{}, path, s.params, s.samples);
+  vote_by_past(WallsSeen{}, path, Buffer<TrailPoint>(8), s.params, s.samples);
   for (const SectionSample& sample : s.samples) {
     if (sample.x > -0.5 && sample.x < 4.0) {
       EXPECT_EQ(sample.vote, sample.y > 0.0 ? 1 : -1);
