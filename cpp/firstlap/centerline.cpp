@@ -89,10 +89,11 @@ bool lies_in_sight(const SideLook& side, double x, double y) noexcept {
   return norm(x - shadow.x, y - shadow.y) > 0.0;
 }
 
-// What lies out of sight is as far away as the width says, but not nearer than the line of sight past its visible
-// end shows, nor further than that end. Round an apex, where the other wall bends across the end of this one, the track
-// is wider than along it: the line goes round the apex, not along the outer wall. Moves `hidden.sample` to what
-// it stands on; false where it is the width.
+// What lies out of sight is as far away as the width says, and not further than its visible end. Round an apex, where
+// the other wall bends across that end, the track is wider than along it: there the hidden wall is also not nearer than
+// the line of sight past its end, so that the line goes round the apex, not along the outer wall. (Along a straight
+// wall it may be a missing piece that one sees through: there the width counts.) Moves `hidden.sample` to what it stands
+// on; false where it is the width.
 bool estimate(SideLook& hidden, const SideLook& seen, double x, double y, double width,
               const TrackWidthParams& params) noexcept {
   const double end_distance = hidden.distance;
@@ -102,7 +103,8 @@ bool estimate(SideLook& hidden, const SideLook& seen, double x, double y, double
   const double beyond = (x - end.x) * hidden.outward.x + (y - end.y) * hidden.outward.y;
   const double across = std::abs(hidden.outward.x * (x - seen.sample.x) + hidden.outward.y * (y - seen.sample.y)) /
                         std::max(seen.distance, 1e-6);
-  const double apex = std::min(1.0, 2.0 * across) * std::clamp(1.0 - beyond / width, 0.0, 1.0);
+  const double bends = std::min(1.0, 2.0 * across);
+  const double apex = bends * std::clamp(1.0 - beyond / width, 0.0, 1.0);
   hidden.distance = width * (1.0 + params.apex_width * apex) - seen.distance;
   if (end_distance <= hidden.distance) {
     hidden.distance = end_distance;
@@ -111,8 +113,8 @@ bool estimate(SideLook& hidden, const SideLook& seen, double x, double y, double
   if (hidden.sight.shadow == 0.0F) return false;
   const Point2 shadow = nearest_in_shadow(hidden, x, y);
   const double free = std::min(norm(x - shadow.x, y - shadow.y), params.width_max - seen.distance);
-  if (free <= hidden.distance) return false;
-  hidden.distance = free;
+  if (free <= hidden.distance || bends <= 0.0) return false;
+  hidden.distance += bends * (free - hidden.distance);
   hidden.sample = shadow;
   return true;
 }

@@ -111,6 +111,37 @@ std::size_t first_kept(const Buffer<Section>& sections) noexcept {
   return i;
 }
 
+// Unit vector along the last stretch of a section, towards its point `end`.
+Point2 direction_at(const ScanPoint* end, const ScanPoint* stop, std::ptrdiff_t inwards) noexcept {
+  constexpr double stretch = 0.5;  // [m]
+  const ScanPoint* inner = end;
+  double d = 0.0;
+  while (inner != stop && d < stretch) {
+    inner += inwards;
+    d = norm(end->x - inner->x, end->y - inner->y);
+  }
+  return d > 1e-6 ? Point2{(end->x - inner->x) / d, (end->y - inner->y) / d} : Point2{};
+}
+
+// Whether the gap between two sections is a hole in one wall: its edges point at each other and nothing is seen beyond.
+// The way on leads between two walls, never through one.
+bool is_hole(const ScanPoint& from, const ScanPoint& to, Point2 out_of_from, Point2 out_of_to) noexcept {
+  constexpr double in_line = 0.8;  // cosine of the angle
+  const double d = norm(to.x - from.x, to.y - from.y);
+  const double cx = (to.x - from.x) / d;
+  const double cy = (to.y - from.y) / d;
+  return out_of_from.x * cx + out_of_from.y * cy > in_line && -out_of_to.x * cx - out_of_to.y * cy > in_line;
+}
+
+bool is_hole(const Buffer<ScanPoint>& points, const Section& a, const Section& b) noexcept {
+  constexpr double beyond = 0.5;  // [m]
+  const double edge = std::max(points[a.last].range, points[b.first].range);
+  for (std::size_t i = a.last + 1; i < b.first; ++i)
+    if (points[i].range > edge + beyond) return false;
+  return is_hole(points[a.last], points[b.first], direction_at(&points[a.last], &points[a.first], -1),
+                 direction_at(&points[b.first], &points[b.last], 1));
+}
+
 void insert_candidate(SplitCandidate candidate, Candidates& best) noexcept {
   std::size_t at = best.count;
   while (at > 0 && best.items[at - 1].score < candidate.score) --at;
@@ -162,7 +193,7 @@ void push_range(const Buffer<SectionSample>& samples, const SampleRange& range, 
     Point2 out{};
     if (i == range.first && open_before) out = outward_at(samples, i, std::min(range.last, i + reach));
     if (i == range.last && open_after) out = outward_at(samples, i, i >= range.first + reach ? i - reach : range.first);
-    side.push(samples[i].x, samples[i].y, out, samples[i].sight, 0.0F);
+    side.push(samples[i].x, samples[i].y, out, 0.0F, samples[i].sight);
   }
 }
 
@@ -173,7 +204,7 @@ void push_bridge(const Buffer<SectionSample>& samples, const SampleRange& a, con
   const int pieces = static_cast<int>(norm(q.x - p.x, q.y - p.y) / spacing);
   for (int k = 1; k <= pieces; ++k) {
     const double t = static_cast<double>(k) / static_cast<double>(pieces + 1);
-    side.push(p.x + t * (q.x - p.x), p.y + t * (q.y - p.y), {}, {}, 0.0F);
+    side.push(p.x + t * (q.x - p.x), p.y + t * (q.y - p.y), {}, 0.0F);
   }
 }
 
@@ -196,7 +227,8 @@ Beyond beyond_ends(const Buffer<ScanPoint>& points, const Buffer<Section>& secti
       const ScanPoint& end = points[sections[before].last];
       const ScanPoint& start = points[sections[i].first];
       if (i < split && end.range > start.range + on && start.x < beside) beyond.right = i;
-      if (before >= split && start.range > end.range + on && end.x < beside) beyond.left = std::min(beyond.left, before);
+      if (before >= split && start.range > end.range + on && end.x < beside)
+        beyond.left = std::min(beyond.left, before);
     }
     before = i;
   }
@@ -285,6 +317,7 @@ Candidates rank_splits(const Buffer<ScanPoint>& points, const Buffer<Section>& s
     wrong += sample.vote < 0 ? 1.0 : 0.0;
   }
   const double right_before = wrong;
+  constexpr double hole_score = 0.2;  // against a gap of the same depth
   const double gap_needed = passable_gap(width, params);
   const auto consider = [&](std::size_t split, double depth) {
     const double share = votes > 0.0 ? wrong / votes : 0.0;
@@ -303,7 +336,8 @@ Candidates rank_splits(const Buffer<ScanPoint>& points, const Buffer<Section>& s
       const ScanPoint& b = points[sections[i].first];
       const bool passable = norm(b.x - a.x, b.y - a.y) >= gap_needed;
       const bool behind = 0.5 * (a.x + b.x) < car.laser_x;
-      if (passable) consider(i, std::max(a.range, b.range) * (behind ? 0.5 : 1.0));
+      const double depth = std::max(a.range, b.range) * (behind ? 0.5 : 1.0);
+      if (passable) consider(i, is_hole(points, *before, sections[i]) ? hole_score * depth : depth);
     }
     for (; sample < samples.size() && samples[sample].section <= i; ++sample) wrong += samples[sample].vote;
     if (sections[i].fate == Fate::kept) before = &sections[i];

@@ -44,7 +44,7 @@ void WallSide::clear() noexcept {
   seen = 0;
 }
 
-void WallSide::push(double px, double py, Point2 out, Sight past, float seen_before) noexcept {
+void WallSide::push(double px, double py, Point2 out, float seen_before, Sight past) noexcept {
   x.push(static_cast<float>(px));
   y.push(static_cast<float>(py));
   outward.push(out);

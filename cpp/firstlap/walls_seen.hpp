@@ -32,7 +32,7 @@ struct WallSide {
     return {static_cast<double>(x[i]), static_cast<double>(y[i])};
   }
   void clear() noexcept;
-  void push(double px, double py, Point2 out, Sight past, float seen_before) noexcept;
+  void push(double px, double py, Point2 out, float seen_before, Sight past = {}) noexcept;
 };
 
 struct Nearest {
