@@ -89,11 +89,11 @@ bool lies_in_sight(const SideLook& side, double x, double y) noexcept {
   return norm(x - shadow.x, y - shadow.y) > 0.0;
 }
 
-// What lies out of sight is as far away as the width says, and not further than its visible end. Round an apex, where
-// the other wall bends across that end, the track is wider than along it: there the hidden wall is also not nearer than
-// the line of sight past its end, so that the line goes round the apex, not along the outer wall. (Along a straight
-// wall it may be a missing piece that one sees through: there the width counts.) Moves `hidden.sample` to what it stands
-// on; false where it is the width.
+// What lies out of sight is as far away as the width says, and not further than its visible end. Round an apex the
+// track is wider than along it: the hidden wall is not nearer than the line of sight past its end either, so that the
+// line goes round the apex, not along the outer wall. That holds where the way on leads past this end, or where the
+// other wall bends across it; elsewhere a piece of wall may be missing, and the width counts. Moves `hidden.sample` to
+// what it stands on; false where it is the width.
 bool estimate(SideLook& hidden, const SideLook& seen, double x, double y, double width,
               const TrackWidthParams& params) noexcept {
   const double end_distance = hidden.distance;
@@ -113,8 +113,9 @@ bool estimate(SideLook& hidden, const SideLook& seen, double x, double y, double
   if (hidden.sight.shadow == 0.0F) return false;
   const Point2 shadow = nearest_in_shadow(hidden, x, y);
   const double free = std::min(norm(x - shadow.x, y - shadow.y), params.width_max - seen.distance);
-  if (free <= hidden.distance || bends <= 0.0) return false;
-  hidden.distance += bends * (free - hidden.distance);
+  const double share = hidden.sight.way_on ? 1.0 : bends;
+  if (free <= hidden.distance || share <= 0.0) return false;
+  hidden.distance += share * (free - hidden.distance);
   hidden.sample = shadow;
   return true;
 }

@@ -102,7 +102,7 @@ Sight sight_past(const ScanPoint& end, const ScanPoint& beyond, const CarGeometr
   const double bx = beyond.x - car.laser_x;
   const double length = norm(bx, beyond.y);
   if (ex * bx + end.y * beyond.y < apart * length * norm(ex, end.y)) return {};
-  return {static_cast<float>(bx / length), static_cast<float>(beyond.y / length), static_cast<float>(shadow)};
+  return {static_cast<float>(bx / length), static_cast<float>(beyond.y / length), static_cast<float>(shadow), false};
 }
 
 std::size_t first_kept(const Buffer<Section>& sections) noexcept {
@@ -262,6 +262,29 @@ void build_side(const Buffer<SectionSample>& samples, std::span<const SampleRang
   }
 }
 
+// Where the two walls next to the split are complete, the way on leads between their ends.
+void mark_way_on(const Buffer<Section>& sections, const Buffer<SectionSample>& samples, std::size_t split,
+                 WallsSeen& walls) noexcept {
+  const SectionSample* last_right = nullptr;
+  const SectionSample* first_left = nullptr;
+  for (const SectionSample& sample : samples) {
+    if (sections[sample.section].fate != Fate::kept) continue;
+    if (sample.section < split) last_right = &sample;
+    if (sample.section >= split && first_left == nullptr) first_left = &sample;
+  }
+  const std::size_t from = last_right != nullptr ? last_right->section + 1 : 0;
+  const std::size_t to = first_left != nullptr ? first_left->section : sections.size();
+  for (std::size_t i = from; i < to; ++i)
+    if (sections[i].fate == Fate::too_far) return;
+  const auto is_at = [](const WallSide& side, std::size_t i, const SectionSample& sample) {
+    return side.x[i] == static_cast<float>(sample.x) && side.y[i] == static_cast<float>(sample.y);
+  };
+  if (last_right != nullptr && walls.right.size() > 0 && is_at(walls.right, walls.right.size() - 1, *last_right))
+    walls.right.sight[walls.right.size() - 1].way_on = true;
+  if (first_left != nullptr && walls.left.size() > 0 && is_at(walls.left, 0, *first_left))
+    walls.left.sight[0].way_on = true;
+}
+
 }  // namespace
 
 void sample_sections(const Buffer<ScanPoint>& points, const Buffer<Section>& sections, const CarGeometry& car,
@@ -380,6 +403,7 @@ void split_into_sides(const Buffer<ScanPoint>& points, const Buffer<Section>& se
   }
   build_side(samples, right.ranges(), right.weights(), spacing, bridge, chain_gap, walls.right);
   build_side(samples, left.ranges(), left.weights(), spacing, bridge, chain_gap, walls.left);
+  mark_way_on(sections, samples, split, walls);
 }
 
 }  // namespace firstlap

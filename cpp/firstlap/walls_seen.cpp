@@ -28,7 +28,8 @@ void move_side(const Pose2& motion, double dt, WallSide& side) noexcept {
     const Sight past = side.sight[i];
     const auto fc = static_cast<float>(c);
     const auto fs = static_cast<float>(s);
-    if (past.shadow != 0.0F) side.sight[i] = {fc * past.x + fs * past.y, -fs * past.x + fc * past.y, past.shadow};
+    if (past.shadow != 0.0F)
+      side.sight[i] = {fc * past.x + fs * past.y, -fs * past.x + fc * past.y, past.shadow, past.way_on};
     side.age[i] += static_cast<float>(dt);
   }
 }

@@ -14,6 +14,7 @@ struct Sight {
   float x = 0.0F;  // unit vector away from the laser
   float y = 0.0F;
   float shadow = 0.0F;  // +1: what is hidden lies to the left of it, -1: to the right, 0: there is no such line
+  bool way_on = false;  // between it and the other wall lies the way on
 };
 
 // Coordinates stand apart so that the search for the nearest sample runs in vector instructions.

@@ -20,12 +20,12 @@ void push_wall(WallSide& side, double x0, double y0, double x1, double y1, bool 
   }
 }
 
-Sight mirrored(const Sight& sight) { return {sight.x, -sight.y, -sight.shadow}; }
+Sight mirrored(const Sight& sight) { return {sight.x, -sight.y, -sight.shadow, sight.way_on}; }
 
 // The line of sight from the laser past a point.
 Sight sight_past(double x, double y, float shadow) {
   const double length = std::hypot(x - CarGeometry{}.laser_x, y);
-  return {static_cast<float>((x - CarGeometry{}.laser_x) / length), static_cast<float>(y / length), shadow};
+  return {static_cast<float>((x - CarGeometry{}.laser_x) / length), static_cast<float>(y / length), shadow, true};
 }
 
 WallsSeen corridor(double y_right, double y_left, double length = 12.0) {
