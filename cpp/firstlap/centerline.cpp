@@ -19,6 +19,7 @@ struct Look {
   Point2 left_sample;
   double gx = 0.0;  // gradient of (right - left): towards the left wall
   double gy = 0.0;
+  double room = 0.0;      // [m] to the nearer of the walls that are seen
   bool in_sight = false;  // between the lines of sight past two visible ends: nothing stands there
 
   [[nodiscard]] double imbalance() const noexcept { return right - left; }
@@ -144,6 +145,8 @@ Look look_around(const WallsSeen& walls, double x, double y, double width, const
   look.left_sample = left.sample;
   look.right = right.distance;
   look.left = left.distance;
+  constexpr double none = std::numeric_limits<double>::infinity();
+  look.room = std::min(use_right || !use_left ? right.distance : none, use_left || !use_right ? left.distance : none);
   const double inverse_right = use_right && right.distance > 1e-6 ? 1.0 / right.distance : 0.0;
   const double inverse_left = use_left && left.distance > 1e-6 ? 1.0 / left.distance : 0.0;
   // An estimated side moves against the seen one: its half of the gradient is the same again.
@@ -229,7 +232,7 @@ class Tracer {
       unsupported = look.support == Support::none ? unsupported + params_.spacing : 0.0;
       if (unsupported <= params_.spacing) furthest = look.in_sight ? std::max(width_, longest_in_sight) : width_;
       if (unsupported > furthest) return LineEnd::unseen;
-      if (std::min(look.right, look.left) < half_car_) return LineEnd::narrow;
+      if (look.room < half_car_) return LineEnd::narrow;
       if (direction > 0.0 && (runs_against_trail(x, y, hx, hy, s) || meets_itself(out, x, y)))
         return LineEnd::turns_back;
       const bool pair = look.support == Support::both;
