@@ -39,12 +39,27 @@ class Lap:
 
 @dataclass(frozen=True)
 class Contact:
-    """When [s] and where (map frame, s along the centerline) [m] the car touched a wall."""
+    """When [s] and where (map frame, s along the centerline) [m] the car touched a wall or the sudden obstacle."""
 
     time: float
     x: float
     y: float
     s: float
+    obstacle: bool = False
+
+
+@dataclass(frozen=True)
+class ObstacleSeen:
+    """When [s] the sudden obstacle appeared, its middle (map frame) [m, rad], the car's speed [m/s] and yaw rate
+    [rad/s] then, and the smallest clearance between the two since [m]."""
+
+    time: float
+    x: float
+    y: float
+    yaw: float
+    speed: float
+    yaw_rate: float
+    clearance: float
 
 
 @dataclass(frozen=True)
@@ -68,6 +83,7 @@ class RaceResult:
     contact: Contact | None
     compute_times: npt.NDArray[np.float32]
     path: dict[str, npt.NDArray[Any]]
+    obstacle: ObstacleSeen | None = None
 
     @property
     def finished(self) -> bool:
@@ -177,4 +193,5 @@ def race(
         contact=Contact(**found["contact"]) if found["contact"] else None,
         compute_times=found["compute_times"],
         path=found["path"],
+        obstacle=ObstacleSeen(**found["obstacle"]) if found["obstacle"] else None,
     )
