@@ -1,0 +1,102 @@
+#include "firstlap/last_stop.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "firstlap/geometry.hpp"
+
+namespace firstlap {
+namespace {
+
+constexpr double step = 0.025;          // [s]
+constexpr double servo = 0.08;          // [s] in which the wheels come to where they are told
+constexpr double standing = 0.1;        // [m/s]
+constexpr double creeping = 0.5;        // [m/s] a car that stands is about to go at least this fast
+constexpr std::size_t most_steps = 80;  // 2 s: with less braking than that the horizon is too near anyway
+
+// The body as four discs on its long axis, which cover the rectangle.
+class Body {
+ public:
+  explicit Body(const CarGeometry& car) noexcept
+      : first_(car.length / 8.0 - car.rear_overhang),
+        apart_(car.length / 4.0),
+        radius_(norm(0.5 * car.width, car.length / 8.0)) {}
+
+  [[nodiscard]] double clearance(const Pose2& pose, const WallsSeen& walls) const noexcept {
+    const double c = std::cos(pose.yaw);
+    const double s = std::sin(pose.yaw);
+    double nearest = 1e9;
+    for (int i = 0; i < 4; ++i) {
+      const double along = first_ + static_cast<double>(i) * apart_;
+      const double x = pose.x + along * c;
+      const double y = pose.y + along * s;
+      nearest = std::min({nearest, nearest_sample(walls.left, x, y).distance, nearest_sample(walls.right, x, y).distance});
+    }
+    return nearest - radius_;
+  }
+
+ private:
+  double first_;
+  double apart_;
+  double radius_;
+};
+
+// The wheel angle that brings the rear axle onto the path `ahead` of it (pure pursuit), no sharper than the grip allows.
+double wheels_to_path(const Buffer<TrajectoryPoint>& path, std::size_t& at, const Pose2& pose, double speed,
+                      const CarGeometry& car, const VelocityProfileParams& params) noexcept {
+  const double reach = car.wheelbase + 0.15 + 0.15 * speed;
+  while (at + 1 < path.size() && norm(path[at].x - pose.x, path[at].y - pose.y) < reach) ++at;
+  const double dx = path[at].x - pose.x;
+  const double dy = path[at].y - pose.y;
+  const double across = std::cos(pose.yaw) * dy - std::sin(pose.yaw) * dx;
+  const double bend = 2.0 * across / std::max(dx * dx + dy * dy, 1e-3);
+  const double grip = 1.3 * params.a_y_max / std::max(speed * speed, 1e-3);
+  const double angle = std::atan(car.wheelbase * std::clamp(bend, -grip, grip));
+  return std::clamp(angle, -car.steering_limit, car.steering_limit);
+}
+
+}  // namespace
+
+LastStop last_stop(const Buffer<TrajectoryPoint>& path, std::size_t nearest, const WallsSeen& walls,
+                   const VehicleState& state, double delay, Wheels how, const CarGeometry& car,
+                   const VelocityProfileParams& params) noexcept {
+  const Body body(car);
+  LastStop found;
+  Pose2 pose{};
+  double speed = std::max(creeping, state.speed);
+  double wheels = state.steering_angle;
+  double driven = 0.0;
+  double room = body.clearance(pose, walls);
+  const double needed = std::min(params.stop_clearance, room - 0.002);
+  double checked = 0.0;
+  std::size_t at = nearest;
+  for (std::size_t k = 0; k < most_steps && speed > standing; ++k) {
+    const bool acts = static_cast<double>(k) * step >= delay;
+    double wanted = wheels;
+    // Beyond the end of the path nobody knows better than to hold the wheels.
+    if (acts && how == Wheels::to_path && at + 1 < path.size()) wanted = wheels_to_path(path, at, pose, speed, car, params);
+    if (acts && how == Wheels::straight) wanted = 0.0;
+    const double turn = std::clamp((wanted - wheels) * step / servo, -car.steering_rate * step, car.steering_rate * step);
+    wheels += turn;
+    const double way = speed * step;
+    const double yaw = way * std::tan(wheels) / car.wheelbase;
+    pose.x += way * std::cos(pose.yaw + 0.5 * yaw);
+    pose.y += way * std::sin(pose.yaw + 0.5 * yaw);
+    pose.yaw += yaw;
+    driven += way;
+    if (acts) speed -= params.a_brake * step;
+    // Until it has come as far as there was room, nothing can be touched.
+    const double swing = 1.0 + std::abs(std::tan(wheels)) * car.length / car.wheelbase;
+    if ((driven - checked) * swing < room - needed) continue;
+    room = body.clearance(pose, walls);
+    checked = driven;
+    found.clearance = std::min(found.clearance, room);
+    if (room >= needed) continue;
+    found.clear = false;
+    found.distance = driven;
+    return found;
+  }
+  return found;
+}
+
+}  // namespace firstlap
