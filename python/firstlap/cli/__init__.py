@@ -8,7 +8,7 @@ import sys
 import typer
 
 from firstlap import __version__
-from firstlap.cli import bench, check, explain, perception, race, survey, tracks
+from firstlap.cli import bench, check, explain, perception, race, robustness, survey, tracks
 from firstlap.cli.common import fail
 from firstlap.errors import InputError
 
@@ -22,6 +22,7 @@ app = typer.Typer(
 app.command("race")(race.race)
 app.command("survey")(survey.survey)
 app.command("perception")(perception.perception)
+app.command("robustness")(robustness.robustness)
 app.command("explain")(explain.explain)
 app.command("check")(check.check)
 app.command("tracks")(tracks.tracks)
