@@ -50,12 +50,17 @@ double wheels_to_path(const Buffer<TrajectoryPoint>& path, std::size_t& at, cons
   const double dy = path[at].y - pose.y;
   const double across = std::cos(pose.yaw) * dy - std::sin(pose.yaw) * dx;
   const double bend = 2.0 * across / std::max(dx * dx + dy * dy, 1e-3);
-  const double grip = 1.3 * params.a_y_max / std::max(speed * speed, 1e-3);
-  const double angle = std::atan(car.wheelbase * std::clamp(bend, -grip, grip));
-  return std::clamp(angle, -car.steering_limit, car.steering_limit);
+  return within_grip(std::atan(car.wheelbase * bend), speed, car, params);
 }
 
 }  // namespace
+
+double within_grip(double angle, double speed, const CarGeometry& car, const VelocityProfileParams& params) noexcept {
+  constexpr double reserve = 1.3;  // of what the profile plans to use
+  const double bend = reserve * params.a_y_max / std::max(speed * speed, 1e-3);
+  const double limit = std::min(car.steering_limit, std::atan(car.wheelbase * bend));
+  return std::clamp(angle, -limit, limit);
+}
 
 LastStop last_stop(const Buffer<TrajectoryPoint>& path, std::size_t nearest, const WallsSeen& walls,
                    const VehicleState& state, double delay, Wheels how, const CarGeometry& car,

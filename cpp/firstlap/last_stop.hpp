@@ -25,4 +25,7 @@ LastStop last_stop(const Buffer<TrajectoryPoint>& path, std::size_t nearest, con
                    const VehicleState& state, double delay, Wheels how, const CarGeometry& car,
                    const VelocityProfileParams& params) noexcept;
 
+// The wheel angle nearest to `angle` [rad] that asks a braking car at `speed` [m/s] for no more grip than there is.
+double within_grip(double angle, double speed, const CarGeometry& car, const VelocityProfileParams& params) noexcept;
+
 }  // namespace firstlap

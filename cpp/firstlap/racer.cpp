@@ -238,6 +238,7 @@ StepResult Racer::follow(const VehicleState& state, double dt, Status status) no
   const bool bends = std::abs(state.speed * state.yaw_rate) > 1.2 * params_.velocity_profile.a_y_max;
   const double least = bends ? state.speed + params_.velocity_profile.delta_v_min : 0.0;
   const double speed = brakes ? std::min(planned, least) : planned;
+  if (brakes) wheels = within_grip(wheels, state.speed, params_.car, params_.velocity_profile);
   memory_.state = state;
   memory_.awake = true;
   return {

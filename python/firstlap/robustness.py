@@ -137,12 +137,16 @@ def stopping_distance(car: Car, speed: float, lateral: float) -> float:
     """Shortest way [m] in which a car at `speed` [m/s] that pulls `lateral` [m/s^2] sideways can stop for what appears.
 
     Two scan periods until a whole scan shows it, the speed command's delay, full braking with the grip that the bend
-    leaves, the tail of the speed loop, and 5 cm. No driver can be asked to stop in less.
+    leaves, the rear axle unloaded, the tail of the speed loop, and 5 cm. No driver can be asked to stop in less.
     """
     values = car.core.values()
     vehicle, rate = values["vehicle"], values["lidar"]["rate"]
     grip = vehicle["drive_grip"] * vehicle["friction"] * GRAVITY
-    braking = min(vehicle["brake_max"], math.sqrt(max(grip**2 - lateral**2, (0.3 * grip) ** 2)))
+    wanted = min(vehicle["brake_max"], math.sqrt(max(grip**2 - lateral**2, (0.3 * grip) ** 2)))
+    wheelbase, share = vehicle["l_f"] + vehicle["l_r"], vehicle["drive_split"]
+    shift = wanted / GRAVITY * vehicle["cg_height"]
+    front = min(share * wanted, grip * (vehicle["l_r"] + shift) / wheelbase)
+    braking = front + min((1.0 - share) * wanted, grip * (vehicle["l_f"] - shift) / wheelbase)
     tail = min(speed, braking / vehicle["speed_gain"])
     reaction = 2.0 / rate + vehicle["speed_delay"]
     return float(speed * reaction + (speed**2 - tail**2) / (2.0 * braking) + tail / vehicle["speed_gain"] + 0.05)
