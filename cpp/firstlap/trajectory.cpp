@@ -49,8 +49,10 @@ Foot foot_of_car(const Buffer<Point2>& points) noexcept {
   return best;
 }
 
-// Distance from a point of the line to the nearest thing that was seen beside it, at most half its width.
+// Distance from a point of the line to the nearest thing beside it: half the width, and where that is estimated
+// no more than to what was seen.
 double room_at(const CenterlinePoint& c) noexcept {
+  if (c.support == Support::both) return 0.5 * c.width;
   const double right = norm(c.x - c.right.x, c.y - c.right.y);
   const double left = norm(c.x - c.left.x, c.y - c.left.y);
   return std::min({0.5 * c.width, right, left});
