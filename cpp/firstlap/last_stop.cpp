@@ -10,7 +10,7 @@ namespace {
 
 constexpr double step = 0.025;          // [s]
 constexpr double servo = 0.08;          // [s] in which the wheels come to where they are told
-constexpr double standing = 0.1;        // [m/s]
+constexpr double standing = 0.05;       // [m/s]
 constexpr double creeping = 0.5;        // [m/s] a car that stands is about to go at least this fast
 constexpr std::size_t most_steps = 80;  // 2 s: with less braking than that the horizon is too near anyway
 
@@ -53,6 +53,14 @@ double wheels_to_path(const Buffer<TrajectoryPoint>& path, std::size_t& at, cons
   return within_grip(std::atan(car.wheelbase * bend), speed, car, params);
 }
 
+// What full braking comes to: a bend takes its share of the grip, and the speed loop lets go before the car stands.
+double braking(double speed, double bend, const VelocityProfileParams& params) noexcept {
+  constexpr double release = 6.0;  // [1/s]
+  const double used = speed * speed * bend / (2.0 * params.a_y_max);
+  const double grip = std::sqrt(std::max(0.2, 1.0 - used * used));
+  return std::min(params.a_brake * grip, release * speed);
+}
+
 }  // namespace
 
 double within_grip(double angle, double speed, const CarGeometry& car, const VelocityProfileParams& params) noexcept {
@@ -89,7 +97,7 @@ LastStop last_stop(const Buffer<TrajectoryPoint>& path, std::size_t nearest, con
     pose.y += way * std::sin(pose.yaw + 0.5 * yaw);
     pose.yaw += yaw;
     driven += way;
-    if (acts) speed -= params.a_brake * step;
+    if (acts) speed -= braking(speed, std::tan(wheels) / car.wheelbase, params) * step;
     // Until it has come as far as there was room, nothing can be touched.
     const double swing = 1.0 + std::abs(std::tan(wheels)) * car.length / car.wheelbase;
     if ((driven - checked) * swing < room - needed) continue;

@@ -28,6 +28,7 @@ RUN_UP = 15.0  # [m] driven before the sudden obstacle
 RUN_OUT = 4.0  # [m] driven after it
 STANDING = 1.5  # [s] of standing before it count as stopped
 BESIDE = (-0.3, 0.0, 0.3)  # [m] the obstacle's middle left of the line that the car drives without it
+UNJUDGED = ("impossible", "before")
 WAYS = (("race", "obstacle_sight"), ("race", "obstacle_at"), ("race", "obstacle_offset"))
 
 
@@ -283,7 +284,9 @@ class Robustness:
         found = running.result()
         contact, seen = found["contact"], found["obstacle"]
         verdict = {"running": "passed", "stuck": "stopped" if seen else "stuck"}.get(found["outcome"])
-        if seen and box.sight < stopping_distance(self.car, seen["speed"], abs(seen["speed"] * seen["yaw_rate"])):
+        if not seen:
+            verdict = "before"
+        elif box.sight < stopping_distance(self.car, seen["speed"], abs(seen["speed"] * seen["yaw_rate"])):
             verdict = "impossible"
         return Drive(
             case,
@@ -335,10 +338,10 @@ def _order(drive: Drive) -> tuple[Any, ...]:
 def _point(drives: list[Drive], sweep: Sweep, value: float) -> dict[str, Any]:
     """Rates at one value; `lap_ratio` is the median over tracks of the median lap over that at the first value.
 
-    Obstacles that no driver could stop for (see `stopping_distance`) count as impossible and in no rate.
+    Obstacles that no driver could stop for (see `stopping_distance`) or that the car never came to are in no rate.
     """
     driven = [drive for drive in drives if drive.case.value == value]
-    own = [drive for drive in driven if drive.verdict != "impossible"]
+    own = [drive for drive in driven if drive.verdict not in UNJUDGED]
     count = len(own)
     point: dict[str, Any] = {
         "value": value,
@@ -349,7 +352,8 @@ def _point(drives: list[Drive], sweep: Sweep, value: float) -> dict[str, Any]:
     if sweep.kind == "box":
         for verdict in ("passed", "stopped"):
             point[verdict] = sum(drive.verdict == verdict for drive in own) / count if count else None
-        point["impossible"] = len(driven) - count
+        for verdict in UNJUDGED:
+            point[verdict] = sum(drive.verdict == verdict for drive in driven)
         return point
     calm = _median_laps(drives, sweep.values[0])
     here = _median_laps(own, value)
