@@ -9,6 +9,7 @@ namespace firstlap {
 namespace {
 
 constexpr double step = 0.025;          // [s]
+constexpr double dead_time = 0.05;      // [s] from command to wheels
 constexpr double servo = 0.08;          // [s] in which the wheels come to where they are told
 constexpr double standing = 0.05;       // [m/s]
 constexpr double creeping = 0.5;        // [m/s] a car that stands is about to go at least this fast
@@ -30,7 +31,8 @@ class Body {
       const double along = first_ + static_cast<double>(i) * apart_;
       const double x = pose.x + along * c;
       const double y = pose.y + along * s;
-      nearest = std::min({nearest, nearest_sample(walls.left, x, y).distance, nearest_sample(walls.right, x, y).distance});
+      nearest =
+          std::min({nearest, nearest_sample(walls.left, x, y).distance, nearest_sample(walls.right, x, y).distance});
     }
     return nearest - radius_;
   }
@@ -41,7 +43,8 @@ class Body {
   double radius_;
 };
 
-// The wheel angle that brings the rear axle onto the path `ahead` of it (pure pursuit), no sharper than the grip allows.
+// The wheel angle that brings the rear axle onto the path `ahead` of it (pure pursuit), no sharper than the grip
+// allows.
 double wheels_to_path(const Buffer<TrajectoryPoint>& path, std::size_t& at, const Pose2& pose, double speed,
                       const CarGeometry& car, const VelocityProfileParams& params) noexcept {
   const double reach = car.wheelbase + 0.15 + 0.15 * speed;
@@ -71,7 +74,7 @@ double within_grip(double angle, double speed, const CarGeometry& car, const Vel
 }
 
 LastStop last_stop(const Buffer<TrajectoryPoint>& path, std::size_t nearest, const WallsSeen& walls,
-                   const VehicleState& state, double delay, Wheels how, const CarGeometry& car,
+                   const VehicleState& state, double command, double delay, Wheels how, const CarGeometry& car,
                    const VelocityProfileParams& params) noexcept {
   const Body body(car);
   LastStop found;
@@ -83,13 +86,19 @@ LastStop last_stop(const Buffer<TrajectoryPoint>& path, std::size_t nearest, con
   const double needed = std::min(params.stop_clearance, room - 0.002);
   double checked = 0.0;
   std::size_t at = nearest;
+  bool braked = false;
   for (std::size_t k = 0; k < most_steps && speed > standing; ++k) {
     const bool acts = static_cast<double>(k) * step >= delay;
-    double wanted = wheels;
+    double wanted = static_cast<double>(k) * step < dead_time ? wheels : command;
+    if (acts) wanted = wheels;
     // Beyond the end of the path nobody knows better than to hold the wheels.
-    if (acts && how == Wheels::to_path && at + 1 < path.size()) wanted = wheels_to_path(path, at, pose, speed, car, params);
+    if (acts && how == Wheels::to_path && at + 1 < path.size())
+      wanted = wheels_to_path(path, at, pose, speed, car, params);
     if (acts && how == Wheels::straight) wanted = 0.0;
-    const double turn = std::clamp((wanted - wheels) * step / servo, -car.steering_rate * step, car.steering_rate * step);
+    if (acts && !braked) found.wheels = wanted;
+    braked = acts;
+    const double turn =
+        std::clamp((wanted - wheels) * step / servo, -car.steering_rate * step, car.steering_rate * step);
     wheels += turn;
     const double way = speed * step;
     const double yaw = way * std::tan(wheels) / car.wheelbase;

@@ -14,15 +14,16 @@ struct LastStop {
   bool clear = true;       // nothing is touched on the way to the stop
   double distance = 1e9;   // [m] driven until something would be touched
   double clearance = 1e9;  // [m] smallest, body to what was seen, until then
+  double wheels = 0.0;     // [rad] the angle to command when the braking begins
 };
 
 // How the wheels are held on the way to the stop.
 enum class Wheels { to_path, kept, straight };
 
-// The stop from the measured `state`, with the wheels where they are for `delay` [s] before they turn and the brakes
+// The stop from the measured `state`: until `delay` [s] the wheels go where `command` [rad] tells them, then the brakes
 // bite; along `path` (in base_link, its point `nearest` next to the front axle) or with the wheels held.
 LastStop last_stop(const Buffer<TrajectoryPoint>& path, std::size_t nearest, const WallsSeen& walls,
-                   const VehicleState& state, double delay, Wheels how, const CarGeometry& car,
+                   const VehicleState& state, double command, double delay, Wheels how, const CarGeometry& car,
                    const VelocityProfileParams& params) noexcept;
 
 // The wheel angle nearest to `angle` [rad] that asks a braking car at `speed` [m/s] for no more grip than there is.

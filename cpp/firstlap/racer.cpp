@@ -160,8 +160,7 @@ void Racer::choose_line() noexcept {
     build_line(candidate.split, other_walls_, other_line_);
     const double penalty = other_line_.end == LineEnd::turns_back ? 0.3 : 1.0;
     const double value = penalty * std::min(other_line_.ahead, 5.0) * std::max(candidate.score, 1e-3) /
-                         std::max(trace_.candidates.items[0].score, 1e-3) *
-                         ease_of_passing(other_line_, params_.car) *
+                         std::max(trace_.candidates.items[0].score, 1e-3) * ease_of_passing(other_line_, params_.car) *
                          loyalty(trace_.sections, trace_.samples, candidate.split);
     if (value <= best) continue;
     best = value;
@@ -218,7 +217,7 @@ bool Racer::keep_clear(double speed) noexcept {
     const TrajectoryPoint& point = trace_.path[i];
     const double d = wall_distance(trace_.walls, point.x, point.y) - 0.5 * car.width;
     trace_.clearance = std::min(trace_.clearance, d);
-    if (d < -p.block_overlap && point.s > from + nose) blocked_at = point.s;
+    if (d < p.block_clearance && point.s > from + nose) blocked_at = point.s;
   }
   full_brake_ = false;
   if (blocked_at > 1e8) return false;
@@ -241,9 +240,7 @@ StepResult Racer::follow(const VehicleState& state, double dt, Status status) no
   if (brakes) wheels = within_grip(wheels, state.speed, params_.car, params_.velocity_profile);
   memory_.state = state;
   memory_.awake = true;
-  return {
-      {std::clamp(speed, 0.0, params_.velocity_profile.v_max), limited_steering(wheels, dt)},
-      status};
+  return {{std::clamp(speed, 0.0, params_.velocity_profile.v_max), limited_steering(wheels, dt)}, status};
 }
 
 // Whether the car could stop without touching anything if it began a scan later; if not, `wheels` becomes the angle
@@ -253,16 +250,17 @@ bool Racer::can_still_stop(const VehicleState& state, double dt, double& wheels)
   VelocityProfileParams params = params_.velocity_profile;
   if (memory_.braking) params.a_brake *= 0.8;
   const auto stop = [&](Wheels how, double delay) {
-    return last_stop(trace_.path, trace_.nearest, trace_.walls, state, delay, how, params_.car, params);
+    return last_stop(trace_.path, trace_.nearest, trace_.walls, state, wheels, delay, how, params_.car, params);
   };
-  const LastStop later = stop(Wheels::to_path, dt + reaction);
-  memory_.braking = !later.clear;
-  if (later.clear) return true;
-  const LastStop on_path = stop(Wheels::to_path, reaction);
-  if (on_path.clear) return false;
-  const LastStop kept = stop(Wheels::kept, reaction), straight = stop(Wheels::straight, reaction);
-  if (std::max(kept.distance, straight.distance) > on_path.distance)
-    wheels = kept.distance >= straight.distance ? state.steering_angle : 0.0;
+  memory_.braking = !stop(Wheels::to_path, dt + reaction).clear;
+  if (!memory_.braking) return true;
+  LastStop best = stop(Wheels::to_path, reaction);
+  for (const Wheels how : {Wheels::kept, Wheels::straight}) {
+    if (best.clear) break;
+    const LastStop other = stop(how, reaction);
+    if (other.clear || other.distance > best.distance) best = other;
+  }
+  wheels = best.wheels;
   return false;
 }
 

@@ -64,7 +64,7 @@ class Racer final : public Driver {
   Spline spline_;
   Buffer<double> widths_;
   bool full_brake_ = false;  // planned braking would not stop the car before it
-  bool blocked_ = false;  // something stands on the path just ahead
+  bool blocked_ = false;     // something stands on the path just ahead
 };
 
 }  // namespace firstlap
