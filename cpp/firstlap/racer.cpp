@@ -64,6 +64,7 @@ void Racer::reset() noexcept {
   memory_.steering_command = 0.0;
   memory_.awake = false;
   memory_.braking = false;
+  full_brake_ = false;
 }
 
 StepResult Racer::step(const LaserScan& scan, const VehicleState& state, double dt) noexcept {

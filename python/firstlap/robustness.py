@@ -219,7 +219,7 @@ class Robustness:
     ) -> Iterator[Case]:
         reference = race(track, self.setup, self.car, laps=2, reverse=reverse)
         if not reference.finished:
-            self.notes.append(f"{spec}, {reference.direction}: no obstacles, without one it ends in {reference.outcome}")
+            self.notes.append(f"{spec}, {reference.direction}: no obstacles, it ends in {reference.outcome} without")
             return
         for value in sweep.values:
             for box in boxes(reference, self.car, places, value):

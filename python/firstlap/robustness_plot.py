@@ -58,10 +58,11 @@ def _draw_rates(axes: Axes, sweep: dict[str, Any]) -> None:
     for points in sweep["tracks"].values():
         axes.plot(values, [_percent(point["contact_free"]) for point in points], color=FAINT, linewidth=0.7, alpha=0.7)
     points = sweep["points"]
-    axes.plot(values, [_percent(point["finished"]) for point in points], color=LEFT, linewidth=1.8,
-              linestyle=(0, (4, 2)), marker="s", markersize=3.5, label="finished" if not _box(sweep) else "passed or stopped")  # fmt: skip
-    axes.plot(values, [_percent(point["contact_free"]) for point in points], color=BAD, linewidth=2.2, marker="o",
-              markersize=4, label="contact-free")  # fmt: skip
+    done = "passed or stopped" if _box(sweep) else "finished"
+    finished = [_percent(point["finished"]) for point in points]
+    free = [_percent(point["contact_free"]) for point in points]
+    axes.plot(values, free, color=BAD, linewidth=2.4, marker="o", markersize=5, label="contact-free")
+    axes.plot(values, finished, color=LEFT, linewidth=1.4, linestyle=(0, (4, 2)), marker="s", markersize=2.5, label=done)
     axes.plot([], [], color=FAINT, linewidth=0.7, label="contact-free, each track")
     axes.set_ylim(-4, 104)
     axes.set_ylabel("share of races [%]", fontsize=9, color=INK)
@@ -74,8 +75,8 @@ def _draw_laps(axes: Axes, sweep: dict[str, Any]) -> None:
     values = _prepare(axes, sweep)
     for points in sweep["tracks"].values():
         axes.plot(values, [_number(point["lap_ratio"]) for point in points], color=FAINT, linewidth=0.7, alpha=0.7)
-    axes.plot(values, [_number(point["lap_ratio"]) for point in sweep["points"]], color=RIGHT, linewidth=2.0, marker="o",
-              markersize=3.5)  # fmt: skip
+    ratios = [_number(point["lap_ratio"]) for point in sweep["points"]]
+    axes.plot(values, ratios, color=RIGHT, linewidth=2.0, marker="o", markersize=3.5)
     low, high = axes.get_ylim()
     axes.set_ylim(min(low, 0.97), max(high, 1.06))
     axes.set_ylabel("lap, relative", fontsize=9, color=INK)

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <limits>
 
+#include "firstlap/racer.hpp"
 #include "support.hpp"
 
 namespace firstlap::sim {
@@ -108,6 +109,44 @@ TEST(Obstacle, ACarInsideALargeBoxTouchesIt) {
   EXPECT_EQ(box.clearance(car, {1.0, 2.0, 0.0}), 0.0);
   EXPECT_FALSE(box.touch(car, {4.0, 2.0, 0.0}));
   EXPECT_GT(box.clearance(car, {4.0, 2.0, 0.0}), 0.5);
+}
+
+// On the line that the car drives, seen from two stopping distances: passed or stopped for, never touched.
+TEST(Obstacle, IsPassedOrStoppedForByTheRacer) {
+  const Track track = wavy_track(400, 0.95, 0.15);
+  Racer racer{Params{}};
+  int passed = 0, seen = 0;
+  for (int i = 0; i < 12; ++i) {
+    for (const double offset : {-0.3, 0.0, 0.3}) {
+      Race race(track, default_car(), racer,
+                {.laps = 1,
+                 .seed = 3,
+                 .start_s = 7.0 * i,
+                 .obstacle_sight = 2.5,
+                 .obstacle_at = 12.0,
+                 .obstacle_offset = offset});
+      while (race.advance() && race.result().distance < 16.0) {
+      }
+      ASSERT_TRUE(race.result().obstacle);
+      ASSERT_NE(race.result().outcome, Outcome::contact) << "at " << 7.0 * i + 12.0 << ", offset " << offset;
+      ++seen;
+      passed += race.result().outcome == Outcome::running;
+    }
+  }
+  EXPECT_GE(passed, seen / 2);
+}
+
+TEST(Obstacle, ABoxThatFillsTheRoadIsStoppedFor) {
+  const Track track = wavy_track(400, 0.95, 0.15);
+  Racer racer{Params{}};
+  for (int i = 0; i < 6; ++i) {
+    const RaceResult result =
+        run(track, default_car(), racer,
+            {.laps = 1, .start_s = 13.0 * i, .obstacle_sight = 3.0, .obstacle_at = 12.0, .obstacle_width = 1.6});
+    ASSERT_TRUE(result.obstacle);
+    EXPECT_EQ(result.outcome, Outcome::stuck) << i;
+    EXPECT_GT(result.obstacle->clearance, 0.0) << i;
+  }
 }
 
 TEST(Obstacle, ABoxThatNeverComesChangesNothing) {

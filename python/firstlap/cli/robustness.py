@@ -37,13 +37,13 @@ def robustness(
     changes: SetOption = None,
     sweeps: Annotated[
         list[str] | None,
-        typer.Option("--sweep", metavar="NAME", help=f"Only this one of {', '.join(s.name for s in SWEEPS)}; repeatable."),
+        typer.Option("--sweep", metavar="NAME", help=f"Only this: {', '.join(s.name for s in SWEEPS)}; repeatable."),
     ] = None,
     laps: LapsOption = 2,
     seeds: Annotated[int, typer.Option("--seeds", min=1, max=1_000, help="Seeds 1 to K for each race.")] = 2,
     both: Annotated[bool, typer.Option("--both", help="Both directions.")] = False,
     places: Annotated[
-        int, typer.Option("--places", min=1, max=1_000, help="Sudden obstacles per lap, each on the line and beside it.")
+        int, typer.Option("--places", min=1, max=1_000, help="Sudden obstacles per lap, on the line and beside it.")
     ] = 8,
     car: CarOption = "default",
     plot: Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Write a picture of the curves.")] = None,
