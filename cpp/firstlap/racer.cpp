@@ -241,7 +241,8 @@ StepResult Racer::follow(const VehicleState& state, double dt, Status status) no
   if (brakes) wheels = within_grip(wheels, state.speed, params_.car, params_.velocity_profile);
   memory_.state = state;
   memory_.awake = true;
-  return {{std::clamp(speed, 0.0, params_.velocity_profile.v_max), limited_steering(wheels, dt)}, status};
+  const Status said = brakes && status == Status::ok ? Status::blocked : status;
+  return {{std::clamp(speed, 0.0, params_.velocity_profile.v_max), limited_steering(wheels, dt)}, said};
 }
 
 // Whether the car could stop without touching anything if it began a scan later; if not, `wheels` becomes the angle

@@ -62,7 +62,7 @@ def _draw_rates(axes: Axes, sweep: dict[str, Any]) -> None:
     finished = [_percent(point["finished"]) for point in points]
     free = [_percent(point["contact_free"]) for point in points]
     axes.plot(values, free, color=BAD, linewidth=2.4, marker="o", markersize=5, label="contact-free")
-    axes.plot(values, finished, color=LEFT, linewidth=1.4, linestyle=(0, (4, 2)), marker="s", markersize=2.5, label=done)
+    axes.plot(values, finished, color=LEFT, linewidth=1.4, linestyle="dashed", marker="s", markersize=2.5, label=done)
     axes.plot([], [], color=FAINT, linewidth=0.7, label="contact-free, each track")
     axes.set_ylim(-4, 104)
     axes.set_ylabel("share of races [%]", fontsize=9, color=INK)

@@ -75,10 +75,11 @@ TEST(LastStop, driving_along_something_near_is_allowed_coming_nearer_is_not) {
   EXPECT_FALSE(stop(walls, 1.0, -0.2, Wheels::kept).clear);
 }
 
-TEST(LastStop, held_wheels_drive_a_circle_and_straight_ones_do_not) {
-  const WallsSeen walls = corridor(1.6, -0.2, 0.1);
-  EXPECT_FALSE(stop(walls, 3.0, 0.0, Wheels::straight).clear);
-  EXPECT_GT(stop(walls, 2.0, 0.4, Wheels::kept).clearance, stop(walls, 2.0, 0.0, Wheels::straight).clearance);
+TEST(LastStop, says_how_it_held_the_wheels) {
+  const WallsSeen walls = corridor(6.0);
+  EXPECT_EQ(stop(walls, 2.0, 0.2, Wheels::straight).wheels, 0.0);
+  EXPECT_GT(stop(walls, 2.0, 0.2, Wheels::kept).wheels, 0.15);
+  EXPECT_NEAR(stop(walls, 2.0, 0.0, Wheels::to_path).wheels, 0.0, 1e-9);
 }
 
 TEST(LastStop, is_the_same_in_the_mirror) {
