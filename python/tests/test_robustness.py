@@ -91,25 +91,23 @@ def test_a_sudden_obstacle_is_seen_in_the_result_and_ends_the_race_of_a_car_that
 
 
 def test_the_racer_passes_or_stops_on_the_oval_wherever_it_can(cli):
-    said = cli("robustness", "oval", "--sweep", "obstacle", "--places", 3, "--seeds", 1, "--json")
+    said = cli("robustness", "oval", "--sweep", "obstacle", "--places", 2, "--seeds", 1, "--json")
     assert said.code == 0
     (sweep,) = said.json["sweeps"]
     assert sweep["contacts"] == []
     for point in sweep["points"]:
         assert point["contact_free"] == 1.0
         assert point["passed"] + point["stopped"] == pytest.approx(point["finished"])
-        assert point["runs"] + point["impossible"] + point["before"] == 9
+        assert point["runs"] + point["impossible"] + point["before"] == 6
 
 
-def test_curves_compare_laps_with_the_undisturbed_ones_and_are_the_same_again(cli):
-    command = ("robustness", "oval", "--sweep", "latency", "--laps", 1, "--seeds", 1, "--plot", "a.png", "--json")
-    said = cli(*command)
+def test_curves_compare_laps_with_the_undisturbed_ones(cli):
+    said = cli("robustness", "oval", "--sweep", "latency", "--laps", 1, "--seeds", 1, "--plot", "a.png", "--json")
     (sweep,) = said.json["sweeps"]
     assert [point["value"] for point in sweep["points"]] == [0, 20, 40, 60, 80, 100]
     assert sweep["points"][0]["lap_ratio"] == 1.0
     assert sweep["tracks"]["oval"][0]["lap"] == pytest.approx(race(firstlap.load_track("oval"), laps=1).best)
     assert Path("a.png").read_bytes().startswith(PNG)
-    assert cli(*command).json == said.json
 
 
 def test_a_table_names_every_value(cli):
