@@ -64,6 +64,32 @@ double braking(double speed, double bend, const VelocityProfileParams& params) n
   return std::min(params.a_brake * grip, release * speed);
 }
 
+// The car on its way to the stop, from base_link at the scan.
+struct Rollout {
+  Pose2 pose{};
+  double speed = 0.0;   // [m/s]
+  double wheels = 0.0;  // [rad]
+  double driven = 0.0;  // [m]
+
+  void advance(double wanted, bool brakes, const CarGeometry& car, const VelocityProfileParams& params) noexcept {
+    const double most = car.steering_rate * step;
+    wheels += std::clamp((wanted - wheels) * step / servo, -most, most);
+    const double bend = std::tan(wheels) / car.wheelbase;
+    const double way = speed * step;
+    const double yaw = way * bend;
+    pose.x += way * std::cos(pose.yaw + 0.5 * yaw);
+    pose.y += way * std::sin(pose.yaw + 0.5 * yaw);
+    pose.yaw += yaw;
+    driven += way;
+    if (brakes) speed -= braking(speed, bend, params) * step;
+  }
+
+  // How far any point of the body moves per metre driven, at most.
+  [[nodiscard]] double swing(const CarGeometry& car) const noexcept {
+    return 1.0 + std::abs(std::tan(wheels)) * car.length / car.wheelbase;
+  }
+};
+
 }  // namespace
 
 double within_grip(double angle, double speed, const CarGeometry& car, const VelocityProfileParams& params) noexcept {
@@ -78,44 +104,30 @@ LastStop last_stop(const Buffer<TrajectoryPoint>& path, std::size_t nearest, con
                    const VelocityProfileParams& params) noexcept {
   const Body body(car);
   LastStop found;
-  Pose2 pose{};
-  double speed = std::max(creeping, state.speed);
-  double wheels = state.steering_angle;
-  double driven = 0.0;
-  double room = body.clearance(pose, walls);
+  Rollout rollout{.speed = std::max(creeping, state.speed), .wheels = state.steering_angle};
+  double room = body.clearance(rollout.pose, walls);
   const double needed = std::min(params.stop_clearance, room - 0.002);
-  double checked = 0.0;
-  std::size_t at = nearest;
+  double checked = 0.0;  // [m] of the way, there with `room` around it
   bool braked = false;
-  for (std::size_t k = 0; k < most_steps && speed > standing; ++k) {
-    const bool acts = static_cast<double>(k) * step >= delay;
-    double wanted = static_cast<double>(k) * step < dead_time ? wheels : command;
-    if (acts) wanted = wheels;
+  for (std::size_t k = 0; k < most_steps && rollout.speed > standing; ++k) {
+    const double time = static_cast<double>(k) * step;
+    const bool brakes = time >= delay;
+    double wanted = brakes || time < dead_time ? rollout.wheels : command;
     // Beyond the end of the path nobody knows better than to hold the wheels.
-    if (acts && how == Wheels::to_path && at + 1 < path.size())
-      wanted = wheels_to_path(path, at, pose, speed, car, params);
-    if (acts && how == Wheels::straight) wanted = 0.0;
-    if (acts && !braked) found.wheels = wanted;
-    braked = acts;
-    const double turn =
-        std::clamp((wanted - wheels) * step / servo, -car.steering_rate * step, car.steering_rate * step);
-    wheels += turn;
-    const double way = speed * step;
-    const double yaw = way * std::tan(wheels) / car.wheelbase;
-    pose.x += way * std::cos(pose.yaw + 0.5 * yaw);
-    pose.y += way * std::sin(pose.yaw + 0.5 * yaw);
-    pose.yaw += yaw;
-    driven += way;
-    if (acts) speed -= braking(speed, std::tan(wheels) / car.wheelbase, params) * step;
+    if (brakes && how == Wheels::to_path && nearest + 1 < path.size())
+      wanted = wheels_to_path(path, nearest, rollout.pose, rollout.speed, car, params);
+    if (brakes && how == Wheels::straight) wanted = 0.0;
+    if (brakes && !braked) found.wheels = wanted;
+    braked = brakes;
+    rollout.advance(wanted, brakes, car, params);
     // Until it has come as far as there was room, nothing can be touched.
-    const double swing = 1.0 + std::abs(std::tan(wheels)) * car.length / car.wheelbase;
-    if ((driven - checked) * swing < room - needed) continue;
-    room = body.clearance(pose, walls);
-    checked = driven;
+    if ((rollout.driven - checked) * rollout.swing(car) < room - needed) continue;
+    room = body.clearance(rollout.pose, walls);
+    checked = rollout.driven;
     found.clearance = std::min(found.clearance, room);
     if (room >= needed) continue;
     found.clear = false;
-    found.distance = driven;
+    found.distance = rollout.driven;
     return found;
   }
   return found;

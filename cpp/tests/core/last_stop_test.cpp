@@ -17,10 +17,10 @@ Buffer<TrajectoryPoint> straight_path(double length) {
 WallsSeen corridor(double face, double from = -0.2, double to = 0.2) {
   WallsSeen walls;
   for (double x = -2.0; x < 12.0; x += 0.1) {
-    walls.left.push(x, 0.9, {}, {}, 0.0F);
-    walls.right.push(x, -0.9, {}, {}, 0.0F);
+    walls.left.push(x, 0.9, {}, 0.0F);
+    walls.right.push(x, -0.9, {}, 0.0F);
   }
-  for (double y = from; y <= to; y += 0.02) walls.right.push(face, y, {}, {}, 0.0F);
+  for (double y = from; y <= to; y += 0.02) walls.right.push(face, y, {}, 0.0F);
   return walls;
 }
 
@@ -70,7 +70,7 @@ TEST(LastStop, a_car_that_stands_nose_to_nose_with_something_may_not_begin) {
 
 TEST(LastStop, driving_along_something_near_is_allowed_coming_nearer_is_not) {
   WallsSeen walls;
-  for (double x = -2.0; x < 6.0; x += 0.05) walls.right.push(x, -0.19, {}, {}, 0.0F);
+  for (double x = -2.0; x < 6.0; x += 0.05) walls.right.push(x, -0.19, {}, 0.0F);
   EXPECT_TRUE(stop(walls, 1.0).clear);
   EXPECT_FALSE(stop(walls, 1.0, -0.2, Wheels::kept).clear);
 }
@@ -85,9 +85,8 @@ TEST(LastStop, says_how_it_held_the_wheels) {
 TEST(LastStop, is_the_same_in_the_mirror) {
   const WallsSeen right = corridor(1.5, -0.3, 0.05);
   WallsSeen left;
-  for (std::size_t i = 0; i < right.right.size(); ++i)
-    left.left.push(right.right.x[i], -right.right.y[i], {}, {}, 0.0F);
-  for (std::size_t i = 0; i < right.left.size(); ++i) left.right.push(right.left.x[i], -right.left.y[i], {}, {}, 0.0F);
+  for (std::size_t i = 0; i < right.right.size(); ++i) left.left.push(right.right.x[i], -right.right.y[i], {}, 0.0F);
+  for (std::size_t i = 0; i < right.left.size(); ++i) left.right.push(right.left.x[i], -right.left.y[i], {}, 0.0F);
   for (const Wheels how : {Wheels::to_path, Wheels::kept, Wheels::straight}) {
     const LastStop a = stop(right, 2.5, 0.1, how), b = stop(left, 2.5, -0.1, how);
     EXPECT_EQ(a.clear, b.clear);
