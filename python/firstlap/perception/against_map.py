@@ -89,8 +89,8 @@ def measure(
 ) -> AgainstMap:
     """Replays every scan of a recording with poses and measures it against the map at `map_path`.
 
-    The direction of travel is the car's own: left and right change where it turns round. look: called after every scan with how many are done; an exception
-    from it ends the replay. Raises InputError.
+    The direction of travel is the car's own: left and right change where it turns round. look: called after every
+    scan with how many are done; an exception from it ends the replay. Raises InputError.
     """
     poses = recording.poses
     if poses is None:
