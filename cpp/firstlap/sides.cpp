@@ -357,9 +357,12 @@ Candidates rank_splits(const Buffer<ScanPoint>& points, const Buffer<Section>& s
     if (sections[i].fate == Fate::kept && before != nullptr) {
       const ScanPoint& a = points[before->last];
       const ScanPoint& b = points[sections[i].first];
-      const bool passable = norm(b.x - a.x, b.y - a.y) >= gap_needed;
+      const double gap = norm(b.x - a.x, b.y - a.y);
+      const bool passable = gap >= gap_needed;
       const bool behind = 0.5 * (a.x + b.x) < car.laser_x;
-      const double depth = std::max(a.range, b.range) * (behind ? 0.5 : 1.0);
+      // The way on is about as wide as the track has been.
+      const double fit = std::min(1.0, gap / (0.7 * width));
+      const double depth = std::max(a.range, b.range) * fit * (behind ? 0.5 : 1.0);
       if (passable) consider(i, is_hole(points, *before, sections[i]) ? hole_score * depth : depth);
     }
     for (; sample < samples.size() && samples[sample].section <= i; ++sample) wrong += samples[sample].vote;

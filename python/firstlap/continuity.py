@@ -39,11 +39,11 @@ class Continuity:
         jump, changed = math.nan, False
         if self._walls is not None:
             before_left, before_right = (self._moved(side, state, dt) for side in self._walls)
-            changed = _touch(left, before_right, before_left) or _touch(right, before_left, before_right)
+            changed = is_touched(left, before_right, before_left) or is_touched(right, before_left, before_right)
         if self._path is not None:
             self._path = self._moved(self._path, state, dt)
         if len(path) > 1:
-            jump = math.nan if self._path is None else _jump(path, self._path)
+            jump = math.nan if self._path is None else jump_of(path, self._path)
             self._path = path
         if len(left) + len(right):
             self._walls = left, right
@@ -58,7 +58,8 @@ class Continuity:
         return np.asarray(moved @ np.array([[c, -s], [s, c]]))
 
 
-def _jump(path: Floats, before: Floats) -> float:
+def jump_of(path: Floats, before: Floats) -> float:
+    """Distance [m] of the point 1.5 m along `path` from `before`, both (M, 2); NaN where the path is shorter."""
     way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
     if way[-1] < JUMP_AHEAD:
         return math.nan
@@ -68,7 +69,7 @@ def _jump(path: Floats, before: Floats) -> float:
     return float(np.hypot(*(point - start - t[:, None] * along).T).min())
 
 
-def _touch(points: Floats, others: Floats, same: Floats) -> bool:
+def is_touched(points: Floats, others: Floats, same: Floats) -> bool:
     """Whether one of `points` is the same as one of `others`, and nearer to it than to any of `same`."""
     if not len(points) or not len(others):
         return False

@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from firstlap.car_file import load_car
-from firstlap.perception import metrics
+from firstlap.errors import InputError
+from firstlap.perception import against_map, metrics
 from firstlap.perception.metrics import Perception
 from firstlap.perception.seen import Seen
 from firstlap.perception.simulated import measure
 from firstlap.perception.truth import LEFT, NEITHER, RIGHT, UNKNOWN, Truth
+from firstlap.recordings import Recording, load_recording
 from firstlap.setup_file import load_setup
 from firstlap.tracks.library import load_track
 
 WIDTH = 2.0
 LENGTH = 40.0
+SHARED = Path(__file__).resolve().parents[3] / "shared" / "data"
 AHEAD = ("0.5", "1", "2", "3")
 
 
@@ -40,7 +44,15 @@ def seen_in_corridor(*, offset: float = 0.0, swapped: bool = False, reach: float
     side = np.repeat([RIGHT, LEFT], len(wall)).astype(np.int8)
     line = np.column_stack([x, 0.0 * x + offset])
     return Seen(
-        "ok", points, -side if swapped else side, line, np.full(len(x), width), np.zeros(len(x), np.int8), line, 0.33
+        status="ok",
+        points=points,
+        side=-side if swapped else side,
+        line=line,
+        line_width=np.full(len(x), width),
+        path=line[x >= 0.33],
+        left=points[side == LEFT],
+        right=points[side == RIGHT],
+        front=0.33,
     )
 
 
@@ -137,18 +149,14 @@ def test_the_cars_own_motion_is_no_jump(corridor):
     assert moved["metres"] == pytest.approx(0.1)
 
 
-def test_a_change_of_side_is_counted_once_and_per_metre(corridor):
-    def standing_on(side: int) -> Seen:
-        seen = seen_in_corridor()
-        alone = seen.line_side.copy()
-        alone[12:15] = side
-        return replace(seen, line_side=alone)
-
-    sides = [LEFT, LEFT, NEITHER, RIGHT, RIGHT, NEITHER, RIGHT, LEFT]
-    scans = [(standing_on(side), (10.0 + 0.1 * i, 0.0, 0.0)) for i, side in enumerate(sides)]
+def test_a_change_of_side_is_counted_per_scan_and_per_metre(corridor):
+    seen = seen_in_corridor()
+    swapped = replace(seen, left=seen.right, right=seen.left)
+    scans = [(one, (10.0 + 0.1 * i, 0.0, 0.0)) for i, one in enumerate([seen, seen, swapped, swapped, seen])]
     found = perceived(corridor, *scans)
     assert found["changes_of_side"] == 2
-    assert found["changes_per_metre"] == pytest.approx(2 / 0.7, abs=1e-3)
+    assert found["changes_per_metre"] == pytest.approx(2 / 0.4, abs=1e-3)
+    assert found["changes_per_scan"] == pytest.approx(2 / 5)
 
 
 def test_ahead_counts_along_the_line_from_beside_the_front_axle():
@@ -173,8 +181,7 @@ def test_the_truth_is_midway_between_the_walls_and_its_sides_turn_with_the_direc
     assert (forward.side_of(forward.walls[::50], 0.1) == -back.side_of(forward.walls[::50], 0.1)).all()
 
 
-@pytest.mark.parametrize("reverse", [False, True])
-@pytest.mark.parametrize("name", ["oval", "slalom"])
+@pytest.mark.parametrize(("name", "reverse"), [("oval", True), ("slalom", False)])
 def test_on_our_tracks_the_walls_and_the_line_are_seen_right(name, reverse):
     track = load_track(name)
     perception, outcome = measure(track.reversed() if reverse else track, load_setup("sure"), load_car("default"))
@@ -185,3 +192,45 @@ def test_on_our_tracks_the_walls_and_the_line_are_seen_right(name, reverse):
     for ahead in ("0.5", "1", "2"):
         assert found["error"][ahead]["median"] <= 0.03
         assert found["error"][ahead]["p95"] <= 0.20
+
+
+def test_on_a_real_track_the_walls_and_the_line_are_seen_right(tmp_path):
+    scans, track_map = SHARED / "scans/germany2022/germany2022.npz", SHARED / "maps/germany2022/germany2022.yaml"
+    if not (scans.is_file() and track_map.is_file()):
+        pytest.skip(f"no shared data in {SHARED}")
+    recording = load_recording(scans).between(20.0, 50.0)
+    found = against_map.measure(recording, load_setup("sure"), load_car("default"), track_map)
+    metrics_found = found.to_dict()
+    assert metrics_found["turns"] == 0
+    assert metrics_found["bad"] <= 0.04
+    assert min(metrics_found["precision"], metrics_found["recall"]) >= 0.97
+    for ahead in ("0.5", "1", "2"):
+        assert metrics_found["error"][ahead]["median"] <= 0.04
+        assert metrics_found["error"][ahead]["p95"] <= 0.35
+    found.plot(tmp_path / "map.png")
+    assert (tmp_path / "map.png").stat().st_size > 10_000
+
+
+def test_a_recording_without_poses_cannot_be_held_against_a_map():
+    scans = np.full((3, 100), 2.0, dtype=np.float32)
+    recording = Recording(
+        name="still",
+        source="still.npz",
+        ranges=list(scans),
+        headers=np.tile([-2.0, 0.04, 0.0, 0.1, 30.0], (3, 1)),
+        start=0.0,
+        stamps=np.array([0.0, 0.1, 0.2]),
+        dts=np.full(3, 0.1),
+        states=np.zeros((3, 3)),
+        sources={},
+    )
+    with pytest.raises(InputError, match="no poses"):
+        against_map.measure(recording, load_setup("sure"), load_car("default"), "nowhere.yaml")
+
+
+def test_the_command_prints_a_row_per_direction(cli):
+    said = cli("perception", "oval", "--both", "--json")
+    assert said.code == 0
+    rows = said.json["runs"]
+    assert [(row["track"], row["direction"]) for row in rows] == [("oval", "forward"), ("oval", "reverse")]
+    assert all(row["no_line"] == 0.0 and row["precision"] > 0.98 for row in rows)

@@ -11,6 +11,7 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
+from firstlap.cli.against_map import held_against, print_against_map
 from firstlap.cli.common import DriverOption, JsonOption, SetOption, console, note, print_json
 from firstlap.cli.recording import (
     CarOfRecording,
@@ -41,7 +42,12 @@ def replay(
     against: Annotated[str | None, typer.Option("--against", metavar="SETUP", help="A second setup beside it.")] = None,
     begin: Annotated[float | None, typer.Option("--from", metavar="S", help="Seconds after the first scan.")] = None,
     end: Annotated[float | None, typer.Option("--to", metavar="S", help="Seconds after the first scan.")] = None,
-    plot: Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Write a picture over time.")] = None,
+    plot: Annotated[
+        Path | None, typer.Option("--plot", metavar="FILE", help="Write a picture over time; with --map: over the map.")
+    ] = None,
+    map_path: Annotated[
+        Path | None, typer.Option("--map", metavar="MAP", help="Hold what was seen against this map; needs poses.")
+    ] = None,
     record: Annotated[
         Path | None, typer.Option("--record", metavar="FILE.mcap", help="Log scans and plans as ROS messages.")
     ] = None,
@@ -79,12 +85,15 @@ def replay(
         look = watched(bar, "replaying", len(loaded) * (1 if other is None else 2))
         found = run_replay(loaded, chosen, loaded_car, against=other, mask_body=not keep_body, look=look, record=record)
     found = replace(found, reading=reading, remarks=(*remarks, *found.remarks))
-    if plot:
+    on_map = held_against(loaded, chosen, loaded_car, map_path, not keep_body, plot) if map_path else None
+    if plot and not on_map:
         found.plot(plot)
     if as_json:
-        print_json(found.to_dict())
+        print_json(found.to_dict() | ({"against_map": on_map.to_dict()} if on_map else {}))
     else:
         _print(found.to_dict(), plot, record)
+        if on_map:
+            print_against_map(on_map.to_dict())
     return 0
 
 

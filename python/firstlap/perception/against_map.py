@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +16,8 @@ from firstlap.perception.metrics import Perception, to_world
 from firstlap.perception.seen import Seen
 from firstlap.perception.truth import LEFT, RIGHT, Truth
 from firstlap.racer import Racer
+from firstlap.recordings.recording import Recording
+from firstlap.replay import prepared
 from firstlap.setup_file import Setup
 from firstlap.tracks.library import load_track
 from firstlap.tracks.track import Track
@@ -24,25 +26,6 @@ FloatArray = npt.NDArray[np.float64]
 
 TOLERANCE = 0.3
 """How far a real return may lie from its wall on the map [m]: range noise, the map's pixels and the pose's error."""
-
-
-class PosedScans(Protocol):
-    """What is needed of a recording: see `firstlap.recordings.Recording`."""
-
-    @property
-    def name(self) -> str: ...
-    @property
-    def ranges(self) -> Sequence[npt.NDArray[np.float32]]: ...
-    @property
-    def headers(self) -> FloatArray: ...
-    @property
-    def dts(self) -> FloatArray: ...
-    @property
-    def states(self) -> FloatArray: ...
-    @property
-    def poses(self) -> FloatArray | None: ...
-    @property
-    def laser_x(self) -> float | None: ...
 
 
 @dataclass
@@ -79,29 +62,31 @@ class AgainstMap:
 
 
 def measure(
-    recording: PosedScans,
+    recording: Recording,
     setup: Setup,
     car: Car,
     map_path: str | Path,
     *,
+    mask_body: bool = True,
     look: Callable[[int], object] | None = None,
     each: Callable[[Seen, tuple[float, float, float], Perception], object] | None = None,
 ) -> AgainstMap:
     """Replays every scan of a recording with poses and measures it against the map at `map_path`.
 
-    The direction of travel is the car's own: left and right change where it turns round. look: called after every
-    scan with how many are done; an exception from it ends the replay. Raises InputError.
+    The direction of travel is the car's own: left and right change where it turns round. mask_body: as for
+    `firstlap.replay.replay`. look: called after every scan with how many are done; an exception from it ends the
+    replay. Raises InputError.
     """
     poses = recording.poses
     if poses is None:
         raise InputError(f"{recording.name}: has no poses; only a recording with poses can be held against a map")
     track = load_track(str(map_path))
     forward = Truth.of(track)
+    _check_on_map(recording, forward, poses, map_path)
     backward = forward.reversed()
     perception = Perception(forward, tolerance=TOLERANCE)
     found = AgainstMap(recording.name, track, setup, car, perception)
-    if recording.laser_x is not None and ("car", "laser_x") not in setup.changed:
-        setup = setup.with_assignments([f"laser_x={recording.laser_x}"])
+    setup, _, _ = prepared(recording, setup, mask_body)
     racer = Racer(setup, car)
     front = setup.params(car.core).values()["car"]["wheelbase"]
     for i, (ranges, header, state, dt) in enumerate(
@@ -134,3 +119,13 @@ def measure(
             look(i + 1)
     return found
 
+
+def _check_on_map(recording: Recording, truth: Truth, poses: FloatArray, map_path: str | Path) -> None:
+    """Poses of another map, or of odometry that knows none, would only measure nonsense."""
+    off = np.array([np.hypot(*(truth.line - pose[:2]).T).min() for pose in poses[:: max(1, len(poses) // 200)]])
+    widest = 0.5 * float(truth.width.max()) + 0.3
+    if np.median(off) > 0.5 * widest or np.mean(off > widest) > 0.2:
+        raise InputError(
+            f"{recording.name}: its poses (frame '{recording.frame}') do not lie on the track of {map_path}: "
+            f"{np.median(off):.1f} m from its line in the median; expected poses in that map's frame"
+        )

@@ -9,8 +9,8 @@ before smoothing and joining (`line`); the trajectory that is driven (`path`) is
 - Available: share of all scans whose line, planned from this scan, reaches 1, 2, 3 m.
 - Bad: share of all scans with no line at 2 m, or one more than 0.5 m off there.
 - Jump: distance of this scan's path 1.5 m ahead from the path of the scan before, the car's own motion removed.
-- Change of side: the side on which the line stands alone (its first such point within 3 m) is the other one than in
-  the last scan that had one; per metre driven and per scan. Where both walls are seen there is no such side.
+- Change of side: a wall point that this scan sees had the other label, left or right, in the scan before
+  (firstlap.continuity, where jump and change are defined for recordings too); per metre driven and per scan.
 - Labels: a return's side is that of the wall that the planner put it in. Precision: share of the labelled returns
   whose true side it is; obstacles and scenery are neither, as wall they are wrong. Recall: share of the returns on a
   left or right wall of the stretch from 2 m behind to 9 m ahead (the planner's horizon) that got their side. A return
@@ -26,8 +26,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from firstlap.continuity import BIG_JUMP, is_touched, jump_of
 from firstlap.perception.seen import Seen
 from firstlap.perception.truth import LEFT, NEITHER, RIGHT, UNKNOWN, Truth
+from firstlap.recordings.recording import LONGEST_PAUSE
 
 FloatArray = npt.NDArray[np.float64]
 Pose = tuple[float, float, float]
@@ -35,11 +37,7 @@ Pose = tuple[float, float, float]
 AHEAD = np.array([0.5, 1.0, 2.0, 3.0])
 REACHES = (1.0, 2.0, 3.0)
 BAD_AHEAD, BAD_ERROR = 2.0, 0.5
-JUMP_AHEAD, BIG_JUMP = 1.5, 0.15
-SIDE_WITHIN = 3.0
 STRETCH_BEHIND, STRETCH_AHEAD = 2.0, 9.0
-LONGEST_PAUSE = 0.5
-"""Seconds between scans beyond which nothing is compared with the scan before: the planner forgets too."""
 
 
 def foot(line: FloatArray, x: float) -> tuple[FloatArray, FloatArray]:
@@ -77,13 +75,6 @@ def to_world(points: FloatArray, pose: Pose) -> FloatArray:
     return np.asarray(points @ np.array([[c, s], [-s, c]]) + pose[:2])
 
 
-def distance_to_line(point: FloatArray, line: FloatArray) -> float:
-    """Distance from a point (2,) to a polyline (M, 2), M at least 2 [m]."""
-    a, ab = line[:-1], np.diff(line, axis=0)
-    t = np.clip(((point - a) * ab).sum(axis=1) / np.maximum((ab * ab).sum(axis=1), 1e-12), 0.0, 1.0)
-    return float(np.hypot(*(point - a - t[:, None] * ab).T).min())
-
-
 @dataclass
 class Perception:
     """Collects what was perceived, scan by scan; `to_dict` gives the metrics.
@@ -94,7 +85,6 @@ class Perception:
     truth: Truth | None = None
     tolerance: float = 0.15
     scans: int = 0
-    pairs: int = 0
     metres: float = 0.0
     changes: int = 0
     reached: Counter[float] = field(default_factory=Counter)
@@ -106,7 +96,6 @@ class Perception:
     jumps: list[float] = field(default_factory=list)
     bad: list[bool] = field(default_factory=list)
     wrong_labels: list[int] = field(default_factory=list)
-    _side: int = NEITHER
     _before: tuple[Seen, Pose] | None = None
 
     def add(self, seen: Seen, pose: Pose, dt: float) -> None:
@@ -119,9 +108,7 @@ class Perception:
         self.statuses[seen.status] += 1
         for reach in REACHES:
             self.reached[reach] += len(way) > 0 and way[-1] >= reach
-        paused = dt > LONGEST_PAUSE
-        self._compare(seen, pose, paused)
-        self._change_of_side(seen, paused)
+        self._compare(seen, pose, dt > LONGEST_PAUSE)
         if self.truth is not None:
             self._judge_line(seen, pose, way, line)
             self._judge_labels(seen, pose)
@@ -132,25 +119,11 @@ class Perception:
             return
         before, pose_before = self._before
         self.metres += float(np.hypot(pose[0] - pose_before[0], pose[1] - pose_before[1]))
-        point = at(*foot(seen.path, seen.front), JUMP_AHEAD)
-        if len(before.path) >= 2 and np.isfinite(point).all():
-            self.pairs += 1
-            self.jumps.append(distance_to_line(to_world(point, pose)[0], to_world(before.path, pose_before)))
-
-    def _change_of_side(self, seen: Seen, paused: bool) -> None:
-        if paused:
-            self._side = NEITHER
-        if len(seen.line) < 2:
-            return
-        from_front = np.flatnonzero(seen.line_side != NEITHER)
-        way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(seen.line, axis=0).T))])
-        begin = way[int(np.argmin(np.hypot(seen.line[:, 0] - seen.front, seen.line[:, 1])))]
-        from_front = from_front[(way[from_front] >= begin) & (way[from_front] <= begin + SIDE_WITHIN)]
-        if len(from_front) == 0:
-            return
-        side = int(seen.line_side[from_front[0]])
-        self.changes += self._side not in (NEITHER, side)
-        self._side = side
+        left, right = to_world(seen.left, pose), to_world(seen.right, pose)
+        left_before, right_before = to_world(before.left, pose_before), to_world(before.right, pose_before)
+        self.changes += is_touched(left, right_before, left_before) or is_touched(right, left_before, right_before)
+        if len(before.path) >= 2 and len(seen.path) >= 2:
+            self.jumps.append(jump_of(to_world(seen.path, pose), to_world(before.path, pose_before)))
 
     def _judge_line(self, seen: Seen, pose: Pose, way: FloatArray, line: FloatArray) -> None:
         assert self.truth is not None
@@ -201,6 +174,7 @@ class Perception:
 
     def to_dict(self) -> dict[str, Any]:
         """The metrics; None where nothing could be measured. Shares are of all scans, lengths in metres."""
+        jumps = np.array(self.jumps)[np.isfinite(self.jumps)]
         found: dict[str, Any] = {
             "scans": self.scans,
             "metres": round(self.metres, 3),
@@ -208,9 +182,9 @@ class Perception:
             "no_line": _ratio(self.scans - self.statuses["ok"] - self.statuses["blocked"], self.scans),
             "available": {f"{reach:g}": _ratio(self.reached[reach], self.scans) for reach in REACHES},
             "jump": {
-                "median": _percentile(np.array(self.jumps), 50),
-                "p95": _percentile(np.array(self.jumps), 95),
-                "big": _ratio(int((np.array(self.jumps) > BIG_JUMP).sum()), len(self.jumps)),
+                "median": _percentile(jumps, 50),
+                "p95": _percentile(jumps, 95),
+                "big": _ratio(int((jumps > BIG_JUMP).sum()), len(jumps)),
             },
             "changes_of_side": self.changes,
             "changes_per_metre": _ratio(self.changes, self.metres),

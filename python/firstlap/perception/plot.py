@@ -24,8 +24,11 @@ AHEAD_SHOWN = 25
 
 def plot_against_map(found: AgainstMap, path: str | Path) -> None:
     """Writes walls seen by side and centerlines planned over the map's walls; bad scans' lines in red."""
-    figure = new_figure(13.0, 10.0)
-    axes = figure.add_axes((0.05, 0.05, 0.93, 0.84))
+    corners = np.vstack(found.track.walls)
+    low, high = corners.min(axis=0) - 0.5, corners.max(axis=0) + 0.5
+    height = float(np.clip(12.0 * (high[1] - low[1]) / (high[0] - low[0]), 3.5, 16.0)) + 1.8
+    figure = new_figure(13.0, height)
+    axes = figure.add_axes((0.05, 0.5 / height, 0.93, 1.0 - 1.8 / height))
     axes.set_aspect("equal")
     axes.tick_params(colors=FAINT, labelsize=9)
     for wall in found.track.walls:
@@ -41,12 +44,18 @@ def plot_against_map(found: AgainstMap, path: str | Path) -> None:
             if is_bad == bad and len(line) > 1
         ]
         axes.add_collection(LineCollection(lines, colors=colour, linewidths=width, alpha=0.5, zorder=order))
-    points = np.vstack(found.track.walls)
-    low, high = points.min(axis=0) - 0.5, points.max(axis=0) + 0.5
     axes.set_xlim(low[0], high[0])
     axes.set_ylim(low[1], high[1])
     metrics = found.perception.to_dict()
-    figure.text(0.02, 0.965, f"{found.name} on its map", fontsize=17, fontweight="bold", color=INK, parse_math=False)
+    figure.text(
+        0.02,
+        1.0 - 0.35 / height,
+        f"{found.name} on its map",
+        fontsize=17,
+        fontweight="bold",
+        color=INK,
+        parse_math=False,
+    )
     error = metrics["error"]["2"]
     said = (
         f"setup {found.setup.name}, {metrics['scans']} scans, bad {100 * (metrics['bad'] or 0.0):.1f} %, "
@@ -54,7 +63,7 @@ def plot_against_map(found: AgainstMap, path: str | Path) -> None:
     )
     if error["median"] is not None:
         said += f", 2 m ahead {1000 * error['median']:.0f} mm off in the median, {1000 * error['p95']:.0f} mm at 95 %"
-    figure.text(0.02, 0.935, said, fontsize=11, color=INK, parse_math=False)
+    figure.text(0.02, 1.0 - 0.65 / height, said, fontsize=11, color=INK, parse_math=False)
     shown = [
         Line2D([], [], color="#c4ccd3", linewidth=5, label="the map's walls"),
         Line2D([], [], color=LEFT, marker="o", linestyle="none", markersize=5, label="seen as left wall"),
@@ -62,5 +71,7 @@ def plot_against_map(found: AgainstMap, path: str | Path) -> None:
         Line2D([], [], color=LINE, linewidth=2, label="centerlines planned"),
         Line2D([], [], color=BAD, linewidth=2, label="of bad scans"),
     ]
-    figure.legend(handles=shown, loc="upper right", ncols=5, frameon=False, fontsize=9, bbox_to_anchor=(0.99, 0.925))
+    figure.legend(
+        handles=shown, loc="upper right", ncols=5, frameon=False, fontsize=9, bbox_to_anchor=(0.99, 1.0 - 0.75 / height)
+    )
     save(figure, path)

@@ -9,14 +9,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from firstlap.perception.truth import LEFT, NEITHER, RIGHT, SideArray
+from firstlap.perception.truth import LEFT, RIGHT, SideArray
 
 FloatArray = npt.NDArray[np.float64]
-
-KEPT = 0
-SEEN_THROUGH = 3
-ALONE = {1: RIGHT, 2: LEFT}
-"""Support of a centerline point by one side alone, as in cpp/firstlap/centerline.hpp."""
 
 
 @dataclass(frozen=True)
@@ -25,8 +20,8 @@ class Seen:
 
     points: (N, 2) returns used; side: (N,) LEFT, RIGHT or NEITHER, as the walls that the line was traced between.
     line: (M, 2) the planner's centerline before smoothing and joining, empty without one; line_width: (M,);
-    line_side: (M,) the side on which the line stands alone there, NEITHER where both walls are seen.
-    path: (K, 2) the trajectory planned from this scan, empty where there is none.
+    path: (K, 2) the trajectory planned from this scan, from the front axle on, empty where there is none.
+    left, right: (L, 2) samples of the walls that this scan saw.
     front: x of the front axle, from which "ahead" counts.
     """
 
@@ -35,8 +30,9 @@ class Seen:
     side: SideArray
     line: FloatArray
     line_width: FloatArray
-    line_side: SideArray
     path: FloatArray
+    left: FloatArray
+    right: FloatArray
     front: float
 
     @classmethod
@@ -46,8 +42,6 @@ class Seen:
         points = np.asarray(trace["points"])
         planned = status in ("ok", "blocked")
         line = trace["line"]
-        support = np.asarray(line["support"])
-        side = np.select([support == code for code in ALONE], list(ALONE.values()), NEITHER)
         has_sides = len(trace["candidates"]) > 0 and status not in ("bad_scan", "bad_state")
         return cls(
             status=status,
@@ -55,10 +49,17 @@ class Seen:
             side=_point_sides(trace) if has_sides else np.zeros(len(points), dtype=np.int8),
             line=np.asarray(line["points"]) if planned else np.zeros((0, 2)),
             line_width=np.asarray(line["width"]) if planned else np.zeros(0),
-            line_side=side.astype(np.int8) if planned else np.zeros(0, dtype=np.int8),
-            path=np.column_stack([trace["path"]["x"], trace["path"]["y"]]) if planned else np.zeros((0, 2)),
+            path=np.column_stack([trace["path"]["x"], trace["path"]["y"]])[trace["nearest"] :]
+            if planned
+            else np.zeros((0, 2)),
+            left=_seen_now(trace["left"]) if has_sides else np.zeros((0, 2)),
+            right=_seen_now(trace["right"]) if has_sides else np.zeros((0, 2)),
             front=front,
         )
+
+
+def _seen_now(wall: Mapping[str, Any]) -> FloatArray:
+    return np.asarray(wall["points"])[np.asarray(wall["age"]) == 0.0]
 
 
 def _point_sides(trace: Mapping[str, Any]) -> SideArray:
@@ -69,7 +70,7 @@ def _point_sides(trace: Mapping[str, Any]) -> SideArray:
     samples = np.asarray(trace["samples"]).astype(np.float32).astype(np.float64)
     keys = samples[:, 0] + 1j * samples[:, 1]
     for name, side in (("right", RIGHT), ("left", LEFT)):
-        wall = np.asarray(trace[name]["points"])[np.asarray(trace[name]["age"]) == 0.0]
+        wall = _seen_now(trace[name])
         taken = np.isin(keys, wall[:, 0] + 1j * wall[:, 1])
         of_section[np.asarray(trace["sample_section"])[taken]] = side
     of_point = np.zeros(len(trace["points"]), dtype=np.int8)

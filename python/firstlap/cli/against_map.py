@@ -1,0 +1,63 @@
+"""What `firstlap replay --map` adds: the recording held against a map of its track."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rich.markup import escape
+from rich.table import Table
+
+from firstlap.car_file import Car
+from firstlap.cli.common import console
+from firstlap.cli.recording import scans_bar, watched
+from firstlap.errors import InputError
+from firstlap.setup_file import LOCAL, Setup
+
+if TYPE_CHECKING:
+    from firstlap.perception.against_map import AgainstMap
+    from firstlap.recordings.recording import Recording
+
+
+def held_against(
+    recording: Recording, setup: Setup, car: Car, map_path: Path, mask_body: bool, plot: Path | None
+) -> AgainstMap:
+    """Measures the setup's perception of `recording` against the map, with a bar; `plot`: the picture. InputError."""
+    from firstlap.perception.against_map import measure
+
+    if setup.driver != LOCAL:
+        raise InputError(f"--map: driver {setup.driver} has no centerline to hold against a map; only local has")
+    with scans_bar() as bar:
+        look = watched(bar, "measuring", len(recording))
+        found = measure(recording, setup, car, map_path, mask_body=mask_body, look=look)
+    if plot:
+        found.plot(plot)
+    return found
+
+
+def print_against_map(found: dict[str, Any]) -> None:
+    """The table of docs/perception.md for one recording."""
+    table = Table(title=escape(f"against {found['map']}, {found['metres']:.0f} m driven, {found['turns']} turns"))
+    table.add_column("")
+    for ahead in found["error"]:
+        table.add_column(f"{ahead} m ahead", justify="right")
+    for label, key in (("line off", "error"), ("path off", "path_error"), ("width off", "width_error")):
+        cells = [_pair(found[key][ahead]) for ahead in found[key]]
+        table.add_row(f"{label}: median, 95 % [m]", *cells)
+    console().print(table)
+    shares = {
+        "no line": found["no_line"],
+        "bad": found["bad"],
+        "precision": found["precision"],
+        "recall": found["recall"],
+        "not judged": found["not_judged"],
+    }
+    console().print(", ".join(f"{name} {_percent(value)}" for name, value in shares.items()), soft_wrap=True)
+
+
+def _pair(error: dict[str, Any]) -> str:
+    return "-" if error["median"] is None else f"{error['median']:.3f}, {error['p95']:.3f}"
+
+
+def _percent(value: float | None) -> str:
+    return "-" if value is None else f"{100.0 * value:.1f} %"
