@@ -13,18 +13,22 @@ HEAD = """# The opponents, tuned
 
 Printed by `scripts/opponents.py` from `firstlap survey --json`: default car (friction 0.75), noise on, both
 directions, without latency. A run is so many laps from a standing start; contact ends it. Laps are flying laps in
-seconds, over both directions. `sure` and `race` are this project's own driver, `local`.
+seconds, over both directions. `sure`, `race` and `local_arena` are this project's
+own driver, `local`.
 
-Every opponent was tuned twice by search (Optuna's TPE, multivariate, seed 1, from the defaults of the field table):
-`gap_arena`, `disparity_arena` and `pid_arena` for the shortest lap of `arena` (mean flying lap of two seeds, three laps
-each; a contact costs more than any lap, coming nearer than 0.04 m to a wall costs too); `gap`, `disparity` and `pid`
-for most tracks driven (one lap of all of our tracks and nine real maps in both directions: what fails costs most,
-then coming nearer than 0.08 m, then time). Found setups were raced again with other seeds before they were kept.
+Every opponent was tuned twice. For the shortest lap of `arena` (`gap_arena`, `disparity_arena`, `pid_arena`): Optuna's
+TPE, multivariate, from the defaults of the field table; the mean flying lap of two seeds, where a contact costs more
+than any lap and coming nearer than 0.04 m to a wall costs too; 159, 525 and 475 trials of three laps, and for `pid`
+164 more of eight laps and three seeds. For most tracks driven (`gap`, `disparity`, `pid`): one lap of all of our tracks
+and nine real maps in both directions, where what fails costs most, then coming nearer than 0.08 m, then time; 74, 182
+and 112 trials of TPE, then for `gap` and `pid` 39 steps each of (1+1) evolution. `local_arena` is this project's own
+driver under the first rule, 114 steps of (1+1) evolution from `race` with four laps: like the opponents' it is made for
+that track, in that direction. The searches drove seeds 1 to 3; the races here have others among them.
 
 ```sh
-for setup in gap disparity pid gap_arena disparity_arena pid_arena sure race; do
-  firstlap survey arena --setup $setup --laps 10 --seeds 10 --both --json >arena_$setup.json
-  firstlap survey all MAP.yaml... --setup $setup --laps 3 --seeds 3 --both --json >all_$setup.json
+for setup in gap disparity pid gap_arena disparity_arena pid_arena sure race local_arena; do
+  firstlap survey arena --setup $setup --laps 10 --seeds 5 --both --json >arena_$setup.json
+  firstlap survey all MAP.yaml... --setup $setup --laps 2 --seeds 2 --both --json >all_$setup.json
 done
 scripts/opponents.py arena_*.json all_*.json >docs/opponents.md
 ```
@@ -46,12 +50,20 @@ def arena_table(surveys: list[dict[str, Any]]) -> str:
     """Who is how fast on arena, and how surely."""
     survey = surveys[0]
     text = f"## `arena`, {survey['laps']} laps x {survey['seeds']} seeds, both directions\n\n"
-    text += "| setup | driver | clean races | best | median | smallest clearance |\n|---|---|---|---|---|---|\n"
+    text += "| setup | driver | clean races | forward | reverse | best | median | smallest clearance |\n"
+    text += "|---|---|---|---|---|---|---|---|\n"
     rows = [(survey, survey["tracks"][0]) for survey in surveys]
     for survey, row in sorted(rows, key=lambda pair: pair[1]["median"] or 1e9):
         text += f"| `{survey['setup']}` | {survey['driver']} | {row['finished']} of {row['runs']} | "
-        text += f"{number(row['best'])} | {number(row['median'])} | {number(row['min_clearance'])} m |\n"
+        text += f"{clean(row, 'forward')} | {clean(row, 'reverse')} | {number(row['best'])} | "
+        text += f"{number(row['median'])} | {number(row['min_clearance'])} m |\n"
     return text
+
+
+def clean(row: dict[str, Any], direction: str) -> str:
+    """Races of one direction that were finished."""
+    runs = row["runs"] // 2
+    return f"{runs - sum(failure['direction'] == direction for failure in row['failures'])} of {runs}"
 
 
 def ratio(survey: dict[str, Any], sure: dict[str, Any] | None) -> str:
@@ -101,7 +113,7 @@ def track_table(surveys: list[dict[str, Any]]) -> str:
 def main(files: list[str]) -> None:
     """Print the page."""
     surveys = [json.loads(pathlib.Path(file).read_text(encoding="utf-8")) for file in files]
-    order = ["gap", "disparity", "pid", "gap_arena", "disparity_arena", "pid_arena", "sure", "race"]
+    order = ["gap", "disparity", "pid", "gap_arena", "disparity_arena", "pid_arena", "sure", "race", "local_arena"]
     surveys.sort(key=lambda survey: order.index(survey["setup"]) if survey["setup"] in order else len(order))
     arena = [survey for survey in surveys if len(survey["tracks"]) == 1]
     everywhere = [survey for survey in surveys if len(survey["tracks"]) > 1]

@@ -22,7 +22,7 @@ PEERS = (
     ("Follow the gap", "no", "19.16 (1 of 3 crashed)", "35.04"),
     ("LocalMapPP (local map, constant width 1.8 m)", "no", "18.94", "33.80"),
     ("End-to-end TD3 (published)", "no", "19.94", "34.93"),
-    ("Global raceline and pure pursuit, true pose", "yes", "16.85", "28.08 (published; crashed here)"),
+    ("Global raceline and pure pursuit, true pose", "yes", "16.85", "28.08 (published)"),
     ("Global MPCC, true pose", "yes", "16.96", "31.40"),
 )
 HEAD = f"""# Beside f1tenth_benchmarks

@@ -130,7 +130,7 @@ BAD = {
     "unknown driver": (("race", "oval", "--driver", "gapp"), "'gapp' is no driver; did you mean gap"),
     "driver unlike any": (("race", "oval", "--driver", "xyzzy"), "drivers are local, gap, disparity, pid"),
     "setup of another driver": (("race", "oval", "--driver", "gap", "--setup", "base"), "for the driver local, not"),
-    "opponent's setup": (("race", "oval", "--driver", "local", "--setup", "gap"), "ours for local: base, race, sure"),
+    "opponent's setup": (("race", "oval", "--driver", "local", "--setup", "gap"), "ours for local: base"),
     "parameter of another driver": (("race", "oval", "--driver", "gap", "--set", "k_ang=1"), "unknown parameter"),
     "survey, unknown driver": (("survey", "oval", "--driver", "no"), "is no driver"),
     "explain, wrong setup": (("explain", "oval", "--driver", "pid", "--setup", "gap"), "not for pid"),
