@@ -1,6 +1,6 @@
-"""Compares the lap time of our racing lines with an independent nonlinear program (casadi, ipopt). 1 where beyond 1 % or unsolved.
+"""Compares the lap time of our racing lines with an independent nonlinear program (casadi, ipopt).
 
-Needs the extra `global`. Takes a minute or so per track: progress on stderr.
+Returns 1 where one is beyond 1 % or the program is unsolved. Needs the extra `global`. Takes a minute or so per track.
 """
 
 from __future__ import annotations
