@@ -69,12 +69,13 @@ struct Rollout {
   Pose2 pose{};
   double speed = 0.0;   // [m/s]
   double wheels = 0.0;  // [rad]
+  double bend = 0.0;    // [1/m]
   double driven = 0.0;  // [m]
 
   void advance(double wanted, bool brakes, const CarGeometry& car, const VelocityProfileParams& params) noexcept {
     const double most = car.steering_rate * step;
     wheels += std::clamp((wanted - wheels) * step / servo, -most, most);
-    const double bend = std::tan(wheels) / car.wheelbase;
+    bend = std::tan(wheels) / car.wheelbase;
     const double way = speed * step;
     const double yaw = way * bend;
     pose.x += way * std::cos(pose.yaw + 0.5 * yaw);
@@ -85,9 +86,7 @@ struct Rollout {
   }
 
   // How far any point of the body moves per metre driven, at most.
-  [[nodiscard]] double swing(const CarGeometry& car) const noexcept {
-    return 1.0 + std::abs(std::tan(wheels)) * car.length / car.wheelbase;
-  }
+  [[nodiscard]] double swing(const CarGeometry& car) const noexcept { return 1.0 + std::abs(bend) * car.length; }
 };
 
 }  // namespace
