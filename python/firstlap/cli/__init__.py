@@ -7,7 +7,7 @@ import sys
 import typer
 
 from firstlap import __version__
-from firstlap.cli import bench, check, explain, race, replay, survey, tracks
+from firstlap.cli import bench, check, explain, race, replay, survey, tracks, tune
 from firstlap.cli.common import fail
 from firstlap.cli.process import (
     Commands,
@@ -30,6 +30,7 @@ app = typer.Typer(
 )
 app.command("race")(race.race)
 app.command("survey")(survey.survey)
+app.command("tune")(tune.tune)
 app.command("explain")(explain.explain)
 app.command("replay")(replay.replay)
 app.command("check")(check.check)
