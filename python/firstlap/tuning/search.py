@@ -23,6 +23,7 @@ from firstlap.tuning.space import Point, Space
 from firstlap.tuning.study import Study, Trial
 
 SIGMA = 0.12
+PROBES = 6
 
 
 @dataclass(frozen=True)
@@ -96,12 +97,15 @@ class Search:
         """Races until the budget is used. Raises InputError where no start finishes, PoolGoneError."""
         self._race_starts()
         number = len(self.starts)
+        probes = self._probes()
+        if probes:
+            left = self._left(budget, number, sum(len(points) for points in probes.values()))
+            trials = self._race([setup for points in probes.values() for setup in points][:left], number)
+            number += len(trials)
+            self.trunk = self._best_neighbourhood(probes, trials)
         round_ = 0
         optimizer = self._optimizer(round_)
-        while True:
-            left = self.population if budget.trials is None else min(budget.trials - number, self.population)
-            if left <= 0 or self._out_of_time(budget, number):
-                return
+        while left := self._left(budget, number, self.population):
             asked = [optimizer.ask() for _ in range(self.population)]
             trials = self._race([self._setup(x) for x in asked[:left]], number)
             number += left
@@ -111,6 +115,35 @@ class Search:
             if optimizer.should_stop():
                 round_ += 1
                 optimizer = self._optimizer(round_)
+
+    def _probes(self) -> dict[int, list[Setup]]:
+        """{start: setups about it} for every start that finished; nothing where there is no choice among starts."""
+        whole = [i for i in range(len(self.starts)) if not self.study.trials[i].verdict.failed]
+        if len(whole) < 2:
+            return {}
+        rng = np.random.default_rng(self.seed)
+        found = {}
+        for index in whole:
+            middle = self.space.to_unit(self.starts[index])
+            points = np.clip(middle + SIGMA * rng.standard_normal((PROBES, len(middle))), 0.0, 1.0)
+            found[index] = [self._setup(point, self.starts[index]) for point in points]
+        return found
+
+    def _best_neighbourhood(self, probes: dict[int, list[Setup]], trials: Sequence[Trial]) -> Setup:
+        """The start whose neighbours do best in the middle: a fast setup that stands alone leads nowhere."""
+        costs = [trial.cost for trial in trials]
+        middle = {}
+        for index, points in probes.items():
+            mine, costs = costs[: len(points)], costs[len(points) :]
+            middle[index] = float(np.median(mine)) if mine else np.inf
+        best = min(middle, key=lambda index: (middle[index], index))
+        return self.starts[best] if np.isfinite(middle[best]) else self.trunk
+
+    def _left(self, budget: Budget, number: int, wanted: int) -> int:
+        """How many of the trials wanted next the budget still has."""
+        if self._out_of_time(budget, number):
+            return 0
+        return wanted if budget.trials is None else max(min(budget.trials - number, wanted), 0)
 
     def _out_of_time(self, budget: Budget, number: int) -> bool:
         """What is in the study already was paid for; the next generation takes as long as one has so far."""
@@ -147,8 +180,9 @@ class Search:
             population_size=self.population,
         )
 
-    def _setup(self, point: Point) -> Setup:
-        return replace(self.trunk, given={**self.trunk.given, **self.space.values(point)})
+    def _setup(self, point: Point, trunk: Setup | None = None) -> Setup:
+        trunk = trunk or self.trunk
+        return replace(trunk, given={**trunk.given, **self.space.values(point)})
 
     def _race(self, setups: Sequence[Setup], first: int, best: Trial | str | None = "") -> list[Trial]:
         """Trials of these setups, in order; raced where the study does not have them yet."""

@@ -18,6 +18,8 @@ from firstlap.tuning.spread import SPREAD_NAMES, corners
 from firstlap.tuning.study import study_names, track_digest
 
 BASE = "base"
+SEARCHED = ("laps", "margin", "hopeless", "slowest")
+"""Rows of the judge's table that decide what a search finds; the others are of what comes after it."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +74,7 @@ class Session:
                 for start in self.starts
             },
             "space": self.space.to_dict(),
-            "judge": self.judge,
+            "judge": {name: self.judge[name] for name in (*SPREAD_NAMES, *SEARCHED)},
             "seeds": self.seeds,
             "seed": self.seed,
             "population": self.population,

@@ -43,6 +43,8 @@ JUDGE_FIELDS = FieldTable(
         _row("judge", "check_laps", "", (2, 100), 4, "laps of a race when the best are raced again on fresh seeds"),
         _row("judge", "check_seeds", "", (1, 10_000), 50, "fresh seeds that a setup must hold on to be chosen"),
         _row("judge", "finalists", "", (1, 100), 3, "setups that hold among which the fastest is chosen"),
+        _row("judge", "unseen_seeds", "", (1, 10_000), 50, "seeds of the validation on the track itself"),
+        _row("judge", "other_seeds", "", (1, 10_000), 2, "seeds of the validation elsewhere, for each track"),
     ]
 )
 """The one table of how candidates are judged; the option --judge changes a value of it."""
