@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import shlex
+import sys
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.markup import escape
-from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
-from rich.table import Table
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
 
 from firstlap.car_file import load_car
 from firstlap.cli.common import (
@@ -18,18 +19,20 @@ from firstlap.cli.common import (
     DriverOption,
     JsonOption,
     TrackArgument,
-    console,
     fail,
     note,
     print_json,
     progress_bar,
 )
+from firstlap.cli.tune_shown import live_bar, print_paper, print_tuned
 from firstlap.errors import InputError
-from firstlap.tracks.library import load_track
+from firstlap.tracks.library import list_tracks, load_track
+from firstlap.tracks.track import Track
 
 if TYPE_CHECKING:
     from firstlap.tuning.run import Tuned
     from firstlap.tuning.search import Budget
+    from firstlap.tuning.validate import Validation
 
 
 def tune(
@@ -63,6 +66,12 @@ def tune(
     out: Annotated[
         Path | None, typer.Option("--out", metavar="FOLDER", help="For setups and report; default: tuned/NAME.")
     ] = None,
+    also: Annotated[
+        list[str] | None, typer.Option("--also", metavar="TRACK", help="Validate on this track too; repeatable.")
+    ] = None,
+    validated: Annotated[
+        bool, typer.Option("--validate/--no-validate", help="Race the result on unseen seeds and on other tracks.")
+    ] = True,
     cluster: Annotated[
         str | None, typer.Option("--cluster", metavar="ADDRESS", help="Of a Dask scheduler; default: this machine.")
     ] = None,
@@ -72,15 +81,19 @@ def tune(
     population: Annotated[
         int | None, typer.Option("--population", min=4, max=10_000, help="Candidates of a generation.")
     ] = None,
+    paper: Annotated[
+        bool, typer.Option("--paper", help="Search nothing: drive the paper's six settings on TRACK.")
+    ] = False,
     as_json: JsonOption = False,
 ) -> int:
     """Search for the fastest setup that holds on a track. Exits 0 when one was found, 1 when not."""
-    from firstlap.tuning.run import tune as run_tuning
     from firstlap.tuning.search import parse_budget
     from firstlap.tuning.session import check_name, make_session, new_name
     from firstlap.tuning.spread import judge_values
-    from firstlap.tuning.study import check_study_file, only_one, open_study, quiet_optuna
+    from firstlap.tuning.study import check_study_file, quiet_optuna
 
+    if paper:
+        return _paper(track, car, seeds, out, as_json)
     quiet_optuna()
     limit = parse_budget(budget)
     judge = judge_values(judging)
@@ -99,15 +112,38 @@ def tune(
         fix=fix,
         population=population,
     )
+    others = _other_tracks(track, also or []) if validated else None
     name = check_name(name) if name is not None else new_name(study_file, session.track, session.driver, reverse)
     folder = _folder(out or Path("tuned") / name)
+    tuned, validation = _run(session, name, study_file, limit, (cluster, workers), others)
+    return _finish(tuned, validation, folder, study_file, as_json)
+
+
+def _run(
+    session: Any,
+    name: str,
+    study_file: Path,
+    budget: Budget,
+    where: tuple[str | None, int | None],
+    others: dict[str, Track] | None,
+) -> tuple[Tuned, Validation | None]:
+    """Everything that races. Raises InputError, also where the cluster goes away."""
+    from firstlap.tuning.run import tune as run_tuning
+    from firstlap.tuning.run import validate_tuned
+    from firstlap.tuning.study import only_one, open_study
+
     with only_one(study_file, name):
         study = open_study(study_file, name, session.about())
         if study.trials:
             note(f"study {name}: {len(study.trials)} trials are there, {study.seconds:.0f} s of search")
-        with _kept(name, study_file, study), _pool(session.driver, cluster, workers) as pool, _live(limit) as watch:
-            tuned = run_tuning(session, study, pool, limit, watch)
-    return _finish(tuned, folder, study_file, as_json)
+        with _kept(name, study_file, study), _pool(session.driver, *where) as pool, live_bar(budget) as watch:
+            tuned = run_tuning(session, study, pool, budget, watch)
+            return tuned, validate_tuned(tuned, others, pool, watch) if others is not None else None
+
+
+def _other_tracks(spec: str, also: list[str]) -> dict[str, Track]:
+    names = [name for name in (*list_tracks(), *also) if name != spec]
+    return {name: load_track(name) for name in dict.fromkeys(names)}
 
 
 def _folder(path: Path) -> Path:
@@ -150,79 +186,51 @@ def _pool(driver: str, cluster: str | None, workers: int | None) -> Iterator[Any
         pool.close()
 
 
-@contextmanager
-def _live(budget: Budget) -> Iterator[Any]:
-    """A bar on stderr: trials, best lap, share that holds, time left."""
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-    with progress_bar(*columns) as bar:
-        yield _bar_watch(bar, budget)
-
-
-def _bar_watch(bar: Progress, budget: Budget) -> Any:
-    from firstlap.tuning.run import SEARCH_SHARE, Watch
-
-    total = budget.trials or (budget.seconds or 0.0) * SEARCH_SHARE
-
-    class BarWatch(Watch):
-        """Shows it on a bar."""
-
-        task: TaskID = bar.add_task("racing the starts", total=total)
-        later: TaskID | None = None
-        held = 0
-        seen = 0
-
-        def trial(self, search: Any, trial: Any) -> None:
-            self.seen += 1
-            self.held += trial.verdict.holds
-            best = search.best
-            done = search.seconds if budget.trials is None else len(search.study.trials)
-            seconds = (total - done) * (1.0 if budget.trials is None else search.seconds / max(done, 1))
-            text = (
-                f"trial {trial.number + 1}, best {best.cost:.2f} s, " if best else f"trial {trial.number + 1}, "
-            ) + f"{100 * self.held / self.seen:.0f} % hold, {max(seconds, 0.0):.0f} s left"
-            bar.update(self.task, completed=min(done, total), description=text)
-
-        def races(self, what: str, count: int) -> None:
-            if self.later is None:
-                self.later = bar.add_task(what, total=None)
-            bar.update(self.later, advance=count, description=what)
-
-    return BarWatch()
-
-
-def _finish(tuned: Tuned, folder: Path, study_file: Path, as_json: bool) -> int:
+def _finish(tuned: Tuned, validation: Validation | None, folder: Path, study_file: Path, as_json: bool) -> int:
+    from firstlap.tuning.report import report
     from firstlap.tuning.run import write_setups
     from firstlap.tuning.summary import summary
+    from firstlap.tuning.written import write_text
 
     files = write_setups(tuned, folder)
-    found = summary(tuned, files, study_file)
+    found = summary(tuned, files, study_file, validation)
+    page = folder / "report.html"
+    command = "firstlap " + shlex.join(sys.argv[1:])
+    write_text(page, report(tuned, found, validation, command))
     if as_json:
-        print_json(found)
+        print_json({**found, "report": str(page)})
     else:
-        _print(found)
+        print_tuned(found, page)
     if tuned.choice.holds is None:
         return fail("no setup holds on fresh seeds; a longer --budget or a smaller --judge margin may find one", 1)
     return 0
 
 
-def _print(found: dict[str, Any]) -> None:
-    start = found["compared_with"]
-    table = Table(title=escape(f"{found['track']}, {found['direction']}: {found['trials']} trials"))
-    for heading in ("setup", "lap s", f"less than {start['setup']}", "failed", "clearance m", "file"):
-        table.add_column(heading, justify="left" if heading in ("setup", "file") else "right", overflow="fold")
-    table.add_row(start["setup"], f"{start['lap']:.2f}", "", "", "", "")
-    for role, title in (("holds", "fastest that holds"), ("seen", "fastest seen")):
-        if entry := found[role]:
-            table.add_row(
-                title,
-                "-" if entry["lap"] is None else f"{entry['lap']:.2f}",
-                "-" if entry["less"] is None else f"{100 * entry['less']:.1f} %",
-                f"{entry['failed']} of {entry['races']}",
-                f"{entry['clearance']:.2f}",
-                escape(entry["file"]),
-            )
-    out = console()
-    out.print(table)
-    out.print(
-        escape(f"{found['laps']:.0f} laps in {found['seconds']:.0f} s; study {found['study']} in {found['study_file']}")
-    )
+def _paper(track: str, car: str, seeds: int, out: Path | None, as_json: bool) -> int:
+    from firstlap.tuning.paper import COUNT, drive_paper, paper_report, paper_summary
+    from firstlap.tuning.pool import StoppedError
+    from firstlap.tuning.written import write_text
+
+    loaded, loaded_car = load_track(track), load_car(car)
+    folder = _folder(out or Path("tuned") / f"paper-{Path(loaded.name).stem}")
+    stop = threading.Event()
+
+    def look(_running: object) -> None:
+        if stop.is_set():
+            raise StoppedError
+
+    with progress_bar(TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn()) as bar:
+        task = bar.add_task("racing", total=COUNT * seeds)
+        try:
+            driven = drive_paper(loaded, loaded_car, seeds, lambda: bar.advance(task), look)
+        except KeyboardInterrupt:
+            stop.set()
+            raise
+    found = paper_summary(track, loaded, loaded_car, driven)
+    page = folder / "report.html"
+    write_text(page, paper_report(found, driven))
+    if as_json:
+        print_json({**found, "report": str(page)})
+    else:
+        print_paper(found, page)
+    return 0

@@ -110,7 +110,7 @@ def draw_front(trials: Sequence[Trial], marked: Mapping[str, tuple[float, float]
         (whole, LEFT, "raced all"),
         (failed, BAD, "failed a race"),
     ):
-        laps = [t.verdict.lap for t in some]
+        laps = [t.verdict.lap or np.nan for t in some]
         axes.plot(
             laps, [t.verdict.clearance for t in some], ".", color=colour, alpha=0.6, label=f"{words} ({len(some)})"
         )

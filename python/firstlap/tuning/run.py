@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from firstlap import __version__
+from firstlap.tracks.track import Track
 from firstlap.tuning.candidate import Problem
 from firstlap.tuning.choose import Choice, Chosen, choose
 from firstlap.tuning.pool import Pool
 from firstlap.tuning.search import Budget, Search
 from firstlap.tuning.session import Session
 from firstlap.tuning.study import Study, Trial
+from firstlap.tuning.validate import Validation, validate
 from firstlap.tuning.written import write_setup
 
 SEARCH_SHARE = 0.8
@@ -82,6 +85,24 @@ def tune(session: Session, study: Study, pool: Pool, budget: Budget, watch: Watc
     given = search.compared.given
     choice = choose(search.problem, study.ordered, given, pool, session.judge, session.seed, watch.races)
     return Tuned(session, search, choice)
+
+
+def validate_tuned(tuned: Tuned, others: Mapping[str, Track], pool: Pool, watch: Watch) -> Validation | None:
+    """Races what was chosen where the search never was; nothing where nothing holds. Raises PoolGoneError."""
+    holds = tuned.choice.holds
+    if holds is None:
+        return None
+    session, compared = tuned.session, tuned.search.compared
+    return validate(
+        tuned.problem,
+        holds.trial.given,
+        (compared.name, compared.given),
+        others,
+        pool,
+        session.judge,
+        session.seed,
+        lambda _what, count: watch.races("validation", count),
+    )
 
 
 def write_setups(tuned: Tuned, folder: Path) -> dict[str, Path]:

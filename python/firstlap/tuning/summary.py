@@ -12,9 +12,10 @@ from firstlap.rules import check_rules
 from firstlap.setup_file import Setup
 from firstlap.tuning.choose import Chosen
 from firstlap.tuning.run import Tuned
+from firstlap.tuning.validate import Validation
 
 
-def summary(tuned: Tuned, files: Mapping[str, Path], study_file: Path) -> dict[str, Any]:
+def summary(tuned: Tuned, files: Mapping[str, Path], study_file: Path, validation: Validation | None) -> dict[str, Any]:
     """As `firstlap tune --json` prints it."""
     session, search = tuned.session, tuned.search
     return {
@@ -36,6 +37,7 @@ def summary(tuned: Tuned, files: Mapping[str, Path], study_file: Path) -> dict[s
             role: describe(tuned, chosen, files[role]) if chosen else None
             for role, chosen in (("holds", tuned.choice.holds), ("seen", tuned.choice.seen))
         },
+        "validation": validation.to_dict() if validation else None,
     }
 
 
