@@ -21,6 +21,8 @@ from firstlap.tuning.space import make_space
 from firstlap.tuning.spread import JUDGE_FIELDS, SPREAD_NAMES, changed_car, corners, drawn, judge_values
 from firstlap.tuning.study import Trial, open_study
 
+FEW = "a_y_max,v_max,k_ang"
+
 pytest.importorskip("optuna", reason="the extra `tune` is not installed")
 pytest.importorskip("cmaes", reason="the extra `tune` is not installed")
 
@@ -31,16 +33,24 @@ def oval() -> firstlap.Track:
 
 
 def session_of(track: firstlap.Track, **options):
-    defaults = {"driver": None, "start": None, "car": firstlap.load_car("default"), "judge": judge_values(), "seeds": 2}
+    defaults = {
+        "driver": None,
+        "start": None,
+        "car": firstlap.load_car("default"),
+        "judge": judge_values(),
+        "seeds": 2,
+        "only": FEW,
+    }
     return make_session(track.name, track, **{**defaults, "population": 4, **options})
 
 
 def found(track: firstlap.Track, path: Path, trials: int, workers: int = 1, name: str = "a") -> list[Trial]:
+    """The trials of a search that begins at one start."""
     session = session_of(track)
     study = open_study(path, name, session.about())
     pool = LocalPool("local", workers)
     try:
-        search = Search(session.problem(), session.starts, session.space, study, pool, 1, session.population)
+        search = Search(session.problem(), session.starts[:1], session.space, study, pool, 1, session.population)
         search.run(Budget(trials=trials))
     finally:
         pool.close()
@@ -52,16 +62,28 @@ def plain(trials: list[Trial]) -> list[Trial]:
 
 
 def test_one_worker_two_workers_and_a_resumed_study_find_the_same(oval, tmp_path: Path):
-    alone = plain(found(oval, tmp_path / "a.db", 12))
-    assert [trial.number for trial in alone] == list(range(12))
-    assert plain(found(oval, tmp_path / "b.db", 12, workers=2)) == alone
-    found(oval, tmp_path / "c.db", 6)
-    assert plain(found(oval, tmp_path / "c.db", 12)) == alone
+    file, trials = tmp_path / "a.db", 10
+    alone = plain(found(oval, file, trials))
+    assert [trial.number for trial in alone] == list(range(trials))
+    assert [trial.start for trial in alone[:2]] == ["base", ""]
+    assert plain(found(oval, file, trials, workers=2, name="b")) == alone
+    found(oval, file, 7, name="c")
+    assert plain(found(oval, file, trials, name="c")) == alone
+
+
+def test_the_search_begins_where_the_neighbours_of_a_start_do_best(oval, tmp_path: Path):
+    session = session_of(oval)
+    study = open_study(tmp_path / "a.db", "a", session.about())
+    search = Search(session.problem(), session.starts, session.space, study, LocalPool("local", 1), 1)
+    lone, good = ([session.starts[i]] * 3 for i in (1, 2))
+    costs = [99.0, 8.0, 99.0, 12.0, 11.0, 50.0]
+    trials = [Trial(3 + i, {}, Verdict([], [], [], 0.1), cost) for i, cost in enumerate(costs)]
+    assert search._best_neighbourhood({1: lone, 2: good}, trials) is session.starts[2]
 
 
 def test_a_finished_study_races_nothing_again(oval, tmp_path: Path):
-    first = found(oval, tmp_path / "a.db", 5)
-    assert found(oval, tmp_path / "a.db", 5) == first
+    first = found(oval, tmp_path / "a.db", 2)
+    assert found(oval, tmp_path / "a.db", 2) == first
 
 
 def test_the_worst_that_holds_is_cheaper_than_any_broken_margin_and_that_than_any_contact():
@@ -125,7 +147,7 @@ def test_the_spread_changes_the_car_by_what_the_table_says():
 
 @pytest.mark.parametrize("driver", ["local", "gap", "disparity", "pid"])
 def test_ranges_lie_within_the_field_tables_and_hold_every_start(driver: str):
-    session = session_of(firstlap.load_track("oval"), driver=driver)
+    session = session_of(firstlap.load_track("oval"), driver=driver, only=None)
     for axis in session.space.axes:
         assert axis.field.min <= axis.low < axis.high <= axis.field.max
         for start in session.starts:

@@ -189,7 +189,7 @@ def _marked(tuned: Tuned) -> dict[str, tuple[float, float]]:
     return {
         name: (chosen.lap, chosen.check.clearance)
         for name, chosen in (("fastest that holds", choice.holds), ("fastest seen", choice.seen))
-        if chosen and chosen.check.lap
+        if chosen and chosen.check.lap and not (name == "fastest seen" and chosen == choice.holds)
     }
 
 

@@ -95,7 +95,7 @@ class Search:
 
     def run(self, budget: Budget) -> None:
         """Races until the budget is used. Raises InputError where no start finishes, PoolGoneError."""
-        self._race_starts()
+        self._race_starts(budget)
         number = len(self.starts)
         probes = self._probes()
         if probes:
@@ -118,7 +118,8 @@ class Search:
 
     def _probes(self) -> dict[int, list[Setup]]:
         """{start: setups about it} for every start that finished; nothing where there is no choice among starts."""
-        whole = [i for i in range(len(self.starts)) if not self.study.trials[i].verdict.failed]
+        whole = [i for i in range(len(self.starts)) if i in self.study.trials and self.study.trials[i].verdict.lap]
+        whole = [i for i in whole if not self.study.trials[i].verdict.failed]
         if len(whole) < 2:
             return {}
         rng = np.random.default_rng(self.seed)
@@ -152,11 +153,11 @@ class Search:
         each = self.seconds / max(len(self.study.trials), 1) * self.population
         return self.seconds + 0.5 * each > budget.seconds
 
-    def _race_starts(self) -> None:
-        trials = self._race(self.starts, 0, best=None)
+    def _race_starts(self, budget: Budget) -> None:
+        trials = self._race(self.starts[: budget.trials], 0)
         whole = [trial for trial in trials if trial.verdict.failed == 0 and trial.verdict.lap]
         if not whole:
-            raise InputError(f"{self.problem.track.name}: no start finishes it; {_why(self.starts, trials)}")
+            raise InputError(f"{self.problem.track.name}: no start finishes it; {_why(trials)}")
         first = next(trial for trial in whole)
         self.compared = self.starts[first.number]
         self.reference = first.verdict.lap or 0.0
@@ -184,15 +185,11 @@ class Search:
         trunk = trunk or self.trunk
         return replace(trunk, given={**trunk.given, **self.space.values(point)})
 
-    def _race(self, setups: Sequence[Setup], first: int, best: Trial | str | None = "") -> list[Trial]:
+    def _race(self, setups: Sequence[Setup], first: int) -> list[Trial]:
         """Trials of these setups, in order; raced where the study does not have them yet."""
-        if best == "":
-            best = min(
-                (t for t in self.study.ordered if t.verdict.holds and t.number < first),
-                key=lambda t: (t.cost, t.number),
-                default=None,
-            )
-        limit = best.verdict.laps if isinstance(best, Trial) else None
+        before = [t for t in self.study.ordered if t.verdict.holds and t.number < first]
+        best = min(before, key=lambda t: (t.cost, t.number), default=None)
+        limit = best.verdict.laps if best else None
         missing = []
         for index, setup in enumerate(setups):
             known = self.study.trials.get(first + index)
@@ -231,10 +228,10 @@ def _same(a: Values, b: Values) -> bool:
     return a.keys() == b.keys() and all(abs(float(a[key]) - float(b[key])) < 1e-12 for key in a)
 
 
-def _why(starts: Sequence[Setup], trials: Sequence[Trial]) -> str:
+def _why(trials: Sequence[Trial]) -> str:
     words = []
-    for setup, trial in zip(starts, trials, strict=True):
+    for trial in trials:
         verdict = trial.verdict
         outcome = next((o for o in verdict.outcomes if o != "finished"), "no lap")
-        words.append(f"{setup.name}: {outcome.replace('_', ' ')} in {verdict.failed} of {verdict.raced} races")
+        words.append(f"{trial.start}: {outcome.replace('_', ' ')} in {verdict.failed} of {verdict.raced} races")
     return ", ".join(words)

@@ -44,7 +44,14 @@ JUDGE_FIELDS = FieldTable(
         _row("judge", "check_seeds", "", (1, 10_000), 50, "fresh seeds that a setup must hold on to be chosen"),
         _row("judge", "finalists", "", (1, 100), 3, "setups that hold among which the fastest is chosen"),
         _row("judge", "unseen_seeds", "", (1, 10_000), 50, "seeds of the validation on the track itself"),
-        _row("judge", "other_seeds", "", (1, 10_000), 2, "seeds of the validation elsewhere, for each track"),
+        _row(
+            "judge",
+            "other_seeds",
+            "",
+            (0, 10_000),
+            2,
+            "seeds of the validation elsewhere, for each track; 0: not elsewhere",
+        ),
     ]
 )
 """The one table of how candidates are judged; the option --judge changes a value of it."""

@@ -98,7 +98,7 @@ def validate(
         *((name, track, few, False) for name, track in others.items()),
     ]
     found = []
-    for name, track, conditions, own in places:
+    for name, track, conditions, own in places[: None if few else 1]:
         here = replace(fresh, track=track)
         verdicts = [race_conditions(here, given, conditions, pool, progress) for given in (tuned, compared[1])]
         found.append(Place(name, verdicts[0], verdicts[1], own))
