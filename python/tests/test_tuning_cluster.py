@@ -73,8 +73,12 @@ def test_a_cluster_that_goes_away_leaves_what_was_finished(tmp_path: Path):
     assert plain(found(oval, tmp_path / "a.db", TRIALS))[: len(kept)] == plain(kept)
 
 
-def test_a_cluster_that_is_not_there_is_one_clear_line(monkeypatch: pytest.MonkeyPatch):
+def test_a_cluster_that_is_not_there_is_one_clear_line(cli, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(pools, "CONNECT_SECONDS", 0.3)
     for address in ("tcp://127.0.0.1:9", "nonsense://there", "127.0.0.1:notaport"):
         with pytest.raises(InputError, match="--cluster"):
             ClusterPool(address)
+    said = cli("tune", "oval", "--budget", 1, "--cluster", "tcp://127.0.0.1:9")
+    assert said.code == 2
+    assert said.err.startswith("error: --cluster tcp://127.0.0.1:9")
+    assert len(said.err.strip().splitlines()) == 1

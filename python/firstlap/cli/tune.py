@@ -112,7 +112,8 @@ def tune(
         fix=fix,
         population=population,
     )
-    others = _other_tracks(track, also or []) if validated else None
+    known = {spec: load_track(spec) for spec in also or []}
+    others = None if not validated else ([] if judge["other_seeds"] < 1 else list_tracks(), known, track)
     name = check_name(name) if name is not None else new_name(study_file, session.track, session.driver, reverse)
     folder = _folder(out or Path("tuned") / name)
     tuned, validation = _run(session, name, study_file, limit, (cluster, workers), others)
@@ -125,7 +126,7 @@ def _run(
     study_file: Path,
     budget: Budget,
     where: tuple[str | None, int | None],
-    others: dict[str, Track] | None,
+    others: tuple[list[str], dict[str, Track], str] | None,
 ) -> tuple[Tuned, Validation | None]:
     """Everything that races. Raises InputError, also where the cluster goes away."""
     from firstlap.tuning.run import tune as run_tuning
@@ -138,12 +139,12 @@ def _run(
             note(f"study {name}: {len(study.trials)} trials are there, {study.seconds:.0f} s of search")
         with _kept(name, study_file, study), _pool(session.driver, *where) as pool, live_bar(budget) as watch:
             tuned = run_tuning(session, study, pool, budget, watch)
-            return tuned, validate_tuned(tuned, others, pool, watch) if others is not None else None
+            return tuned, validate_tuned(tuned, _other_tracks(*others), pool, watch) if others is not None else None
 
 
-def _other_tracks(spec: str, also: list[str]) -> dict[str, Track]:
-    names = [name for name in (*list_tracks(), *also) if name != spec]
-    return {name: load_track(name) for name in dict.fromkeys(names)}
+def _other_tracks(ours: list[str], also: dict[str, Track], tuned_for: str) -> dict[str, Track]:
+    """Every track of the validation but the one that was tuned for; ours are read only now, when they are needed."""
+    return {name: load_track(name) for name in ours if name != tuned_for} | also
 
 
 def _folder(path: Path) -> Path:

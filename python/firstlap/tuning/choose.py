@@ -37,7 +37,8 @@ class Chosen:
 
 @dataclass(frozen=True)
 class Choice:
-    """holds: none where nothing did. seen: the fastest lap of all, however often it failed. tried: on fresh seeds.
+    """holds: none where nothing did. seen: the fastest lap of all that finished at least
+    every other race of the search. tried: on fresh seeds.
     compared: the start that laps are compared with, on the same."""
 
     holds: Chosen | None
@@ -86,7 +87,8 @@ def _fastest_seen(
     pool: Pool,
     progress: Progress,
 ) -> Chosen | None:
-    fastest = min((t for t in trials if t.verdict.lap), key=lambda t: (t.verdict.lap, t.number), default=None)
+    seen = [t for t in trials if t.verdict.lap and 2 * t.verdict.failed <= t.verdict.raced]
+    fastest = min(seen, key=lambda t: (t.verdict.lap, t.number), default=None)
     if fastest is None:
         return None
     again = next((chosen for chosen in tried if chosen.trial.number == fastest.number), None)

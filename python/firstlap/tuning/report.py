@@ -79,6 +79,7 @@ def report(tuned: Tuned, found: dict[str, Any], validation: Validation | None, c
             "lap against clearance of every trial",
         ),
         embedded(draw_search(tuned.study.ordered), "lap of every trial"),
+        _tried(tuned),
         *_importance(tuned),
         *_rules(tuned),
         "<h2>How candidates were judged</h2>",
@@ -191,6 +192,23 @@ def _marked(tuned: Tuned) -> dict[str, tuple[float, float]]:
         for name, chosen in (("fastest that holds", choice.holds), ("fastest seen", choice.seen))
         if chosen and chosen.check.lap and not (name == "fastest seen" and chosen == choice.holds)
     }
+
+
+def _tried(tuned: Tuned) -> str:
+    """The finalists on fresh seeds."""
+    rows = [
+        (
+            chosen.trial.start or f"trial {chosen.trial.number}",
+            number(chosen.trial.verdict.lap),
+            number(chosen.check.lap),
+            f"{chosen.check.failed} of {chosen.check.raced}",
+            number(chosen.check.clearance),
+            "chosen" if chosen == tuned.choice.holds else "holds" if chosen.check.holds else "does not hold",
+        )
+        for chosen in tuned.choice.tried
+    ]
+    head = ["raced again", "lap in the search [s]", "lap on fresh seeds [s]", "failed", "smallest clearance [m]", ""]
+    return table(head, rows)
 
 
 def _importance(tuned: Tuned) -> list[str]:

@@ -80,6 +80,7 @@ class Search:
         self.slowest = slowest
         self.laps_driven = 0.0
         self.done: Callable[[Trial], object] = lambda _trial: None
+        self.cpu_seconds = 0.0
         self._began = time.monotonic()
         self._seconds_before = study.seconds
 
@@ -95,6 +96,11 @@ class Search:
 
     def run(self, budget: Budget) -> None:
         """Races until the budget is used. Raises InputError where no start finishes, PoolGoneError."""
+        before = time.process_time()
+        self._run(budget)
+        self.cpu_seconds = time.process_time() - before
+
+    def _run(self, budget: Budget) -> None:
         self._race_starts(budget)
         number = len(self.starts)
         probes = self._probes()

@@ -31,7 +31,8 @@ def summary(tuned: Tuned, files: Mapping[str, Path], study_file: Path, validatio
         "study_file": str(study_file),
         "trials": len(tuned.study.trials),
         "laps": round(search.laps_driven, 1),
-        "seconds": round(search.seconds, 1),
+        "seconds": round(tuned.study.seconds, 1),
+        "cpu_seconds": round(search.cpu_seconds, 1),
         "compared_with": {"setup": search.compared.name, "lap": tuned.reference},
         **{
             role: describe(tuned, chosen, files[role]) if chosen else None
@@ -49,6 +50,7 @@ def describe(tuned: Tuned, chosen: Chosen, file: Path) -> dict[str, Any]:
         "file": str(file),
         "trial": chosen.trial.number,
         "lap": check.lap,
+        "lap_in_search": chosen.trial.verdict.lap,
         "less": None if check.lap is None else tuned.less(chosen),
         "races": check.raced,
         "failed": check.failed,
