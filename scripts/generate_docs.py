@@ -12,6 +12,7 @@ from firstlap.car_file import CAR_FIELDS
 from firstlap.drivers import DRIVERS, DriverKind
 from firstlap.parameters import Field, FieldTable
 from firstlap.race import OPTION_FIELDS
+from firstlap.tuning.spread import JUDGE_FIELDS
 
 ROOT = Path(__file__).resolve().parents[1]
 HEAD = """<!-- Written by `make docs` from the field tables in cpp/firstlap. Do not edit. -->
@@ -65,6 +66,8 @@ def parameters() -> str:
                 ),
                 "",
                 chapter("Races", "Options of `firstlap.race(..., options={...})`.", OPTION_FIELDS),
+                "",
+                chapter("Tuning", "How `firstlap tune` judges candidates (`--judge NAME=VALUE`).", JUDGE_FIELDS),
             ]
         )
         + "\n"
