@@ -19,7 +19,7 @@ from firstlap.tuning.search import Budget, Search, parse_budget
 from firstlap.tuning.session import make_session
 from firstlap.tuning.space import make_space
 from firstlap.tuning.spread import JUDGE_FIELDS, SPREAD_NAMES, changed_car, corners, drawn, judge_values
-from firstlap.tuning.study import Trial, open_study
+from firstlap.tuning.study import Trial, only_one, open_study
 
 FEW = "a_y_max,v_max,k_ang"
 
@@ -201,3 +201,31 @@ def test_the_table_of_the_judge_names_each_row_once():
     assert len(set(names)) == len(names)
     with pytest.raises(InputError, match="margin"):
         judge_values(["margn=1"])
+
+
+def test_a_study_is_tuned_by_one_process_at_a_time(tmp_path: Path):
+    file = tmp_path / "a.db"
+    with (
+        only_one(file, "a"),
+        only_one(file, "b"),
+        pytest.raises(InputError, match="another process"),
+        only_one(file, "a"),
+    ):
+        pass
+    with only_one(file, "a"):
+        pass
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_budget_of_time_leaves_time_for_the_choice(oval, tmp_path: Path):
+    session = session_of(oval)
+    study = open_study(tmp_path / "a.db", "a", session.about())
+    search = Search(session.problem(), session.starts, session.space, study, LocalPool("local", 1), 1, population=4)
+    verdict = Verdict([9.0], [1.0], [0.5], 0.1, driven=10.0)
+    study.trials = {n: Trial(n, {}, verdict, 9.0, seconds=float(n)) for n in range(10)}
+    search._seconds_before, search.laps_after = 10.0, 100.0
+    assert search._out_of_time(Budget(seconds=21.0), 10)
+    assert not search._out_of_time(Budget(seconds=25.0), 10)
+    assert not search._out_of_time(Budget(seconds=21.0), 9)
+    search.laps_after = 1e9
+    assert not search._out_of_time(Budget(seconds=25.0), 10)

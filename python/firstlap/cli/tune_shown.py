@@ -26,9 +26,9 @@ def live_bar(budget: Budget) -> Iterator[Any]:
 
 
 def _bar_watch(bar: Progress, budget: Budget) -> Any:
-    from firstlap.tuning.run import SEARCH_SHARE, Watch
+    from firstlap.tuning.run import Watch
 
-    total = budget.trials or (budget.seconds or 0.0) * SEARCH_SHARE
+    total = budget.trials or (budget.seconds or 0.0)
 
     class BarWatch(Watch):
         """Shows it on a bar."""
@@ -61,24 +61,23 @@ def print_tuned(found: dict[str, Any], page: Path) -> None:
     """The result as a table."""
     start = found["compared_with"]
     table = Table(title=escape(f"{found['track']}, {found['direction']}: {found['trials']} trials"))
-    for heading in ("setup", "lap s", f"less than {start['setup']}", "failed", "clearance m", "file"):
-        table.add_column(heading, justify="left" if heading in ("setup", "file") else "right", overflow="fold")
-    table.add_row(start["setup"], f"{start['lap']:.2f}", "", "", "", "")
-    for role, title in (("holds", "fastest that holds"), ("seen", "fastest seen")):
-        if entry := found[role]:
-            table.add_row(
-                title,
-                "-" if entry["lap"] is None else f"{entry['lap']:.2f}",
-                "-" if entry["less"] is None else f"{100 * entry['less']:.1f} %",
-                f"{entry['failed']} of {entry['races']}",
-                f"{entry['clearance']:.2f}",
-                escape(entry["file"]),
-            )
+    table.add_column("setup")
+    for heading in ("lap s", f"less than {start['setup']}", "failed", "clearance m"):
+        table.add_column(heading, justify="right", overflow="fold")
+    table.add_row(start["setup"], f"{start['lap']:.2f}", "", "", "")
+    marked = [(title, found[role]) for role, title in (("holds", "fastest that holds"), ("seen", "fastest seen"))]
+    for title, entry in marked:
+        if entry:
+            lap = entry["lap"] or entry["lap_in_search"]
+            less = "-" if entry["less"] is None else f"{100 * entry['less']:.1f} %"
+            failed = f"{entry['failed']} of {entry['races']}"
+            table.add_row(title, f"{lap:.2f}", less, failed, f"{entry['clearance']:.2f}")
     out = console()
     out.print(table)
     if found["validation"]:
         out.print(escape(found["validation"]["verdict"]))
-    out.print(escape(f"report {page}; study {found['study']} in {found['study_file']}"))
+    files = [f"{title} {entry['file']}" for title, entry in marked if entry]
+    out.print(escape("; ".join([*files, f"report {page}", f"study {found['study']} in {found['study_file']}"])))
 
 
 def print_paper(found: dict[str, Any], page: Path) -> None:

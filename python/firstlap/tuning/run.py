@@ -17,8 +17,6 @@ from firstlap.tuning.study import Study, Trial
 from firstlap.tuning.validate import Validation, validate
 from firstlap.tuning.written import write_setup
 
-SEARCH_SHARE = 0.8
-
 
 class Watch:
     """What a tuning tells whoever watches; every method may be left as it is."""
@@ -65,7 +63,7 @@ class Tuned:
 
 
 def tune(session: Session, study: Study, pool: Pool, budget: Budget, watch: Watch) -> Tuned:
-    """Searches, then races the best again on fresh seeds. Of a budget in seconds the search uses `SEARCH_SHARE`.
+    """Searches, then races the best again on fresh seeds; a budget in seconds is of both.
 
     Raises InputError where no start finishes the track, PoolGoneError where the cluster goes away.
     """
@@ -80,8 +78,9 @@ def tune(session: Session, study: Study, pool: Pool, budget: Budget, watch: Watc
         session.judge["slowest"],
     )
     search.done = lambda trial: watch.trial(search, trial)
-    share = Budget(seconds=budget.seconds * SEARCH_SHARE) if budget.seconds is not None else budget
-    search.run(share)
+    judge = session.judge
+    search.laps_after = (judge["finalists"] + 2) * judge["check_seeds"] * judge["check_laps"]
+    search.run(budget)
     given = search.compared.given
     choice = choose(search.problem, study.ordered, given, pool, session.judge, session.seed, watch.races)
     return Tuned(session, search, choice)

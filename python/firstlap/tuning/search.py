@@ -24,6 +24,7 @@ from firstlap.tuning.study import Study, Trial
 
 SIGMA = 0.12
 PROBES = 6
+MOST_RESERVED = 0.5
 
 
 @dataclass(frozen=True)
@@ -54,6 +55,7 @@ class Search:
 
     trunk: what a candidate has where the space says nothing, the best start. compared: the first start that finishes,
     and reference its lap [s]. slowest: laps longer than this many references are given up.
+    laps_after: what is raced after the search, within the same budget of time.
     """
 
     def __init__(
@@ -79,6 +81,7 @@ class Search:
         self.reference = 0.0
         self.slowest = slowest
         self.laps_driven = 0.0
+        self.laps_after = 0.0
         self.done: Callable[[Trial], object] = lambda _trial: None
         self.cpu_seconds = 0.0
         self._began = time.monotonic()
@@ -153,11 +156,17 @@ class Search:
         return wanted if budget.trials is None else max(min(budget.trials - number, wanted), 0)
 
     def _out_of_time(self, budget: Budget, number: int) -> bool:
-        """What is in the study already was paid for; the next generation takes as long as one has so far."""
+        """Whether the next generation would end too late; what is in the study already was paid for.
+
+        Time is left for the laps of the choice, at the speed so far, but never more than half of the budget.
+        """
         if budget.seconds is None or number in self.study.trials:
             return False
-        each = self.seconds / max(len(self.study.trials), 1) * self.population
-        return self.seconds + 0.5 * each > budget.seconds
+        trials = self.study.ordered
+        generation = self.seconds / max(len(trials), 1) * self.population
+        per_lap = self.seconds / max(sum(trial.verdict.driven for trial in trials), 1.0)
+        left = budget.seconds - min(self.laps_after * per_lap, MOST_RESERVED * budget.seconds)
+        return self.seconds + 0.5 * generation > left
 
     def _race_starts(self, budget: Budget) -> None:
         trials = self._race(self.starts[: budget.trials], 0)

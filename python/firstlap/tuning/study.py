@@ -7,7 +7,7 @@ import hashlib
 import json
 import sqlite3
 from collections.abc import Iterator
-from contextlib import closing, contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -161,15 +161,16 @@ def only_one(path: Path, name: str) -> Iterator[None]:
     """Holds the study for this process. Raises InputError where another one has it."""
     digest = hashlib.sha256(name.encode()).hexdigest()[:8]
     lock = path.with_name(f".{path.name}.{digest}.lock")
-    try:
-        with lock.open("w") as file:
+    with ExitStack() as held:
+        try:
+            file = held.enter_context(lock.open("w"))
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            yield
-            lock.unlink(missing_ok=True)
-    except BlockingIOError:
-        raise InputError(f"{path}: study '{name}' is being tuned by another process") from None
-    except PermissionError as error:
-        raise InputError(f"{path}: cannot be written ({error.strerror})") from None
+        except BlockingIOError:
+            raise InputError(f"{path}: study '{name}' is being tuned by another process") from None
+        except OSError as error:
+            raise InputError(f"{path}: cannot be written ({error.strerror})") from None
+        held.callback(lock.unlink, missing_ok=True)
+        yield
 
 
 def track_digest(track: Track) -> str:
