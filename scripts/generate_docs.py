@@ -16,6 +16,7 @@ from firstlap.mpc.params import MPC_FIELDS
 from firstlap.parameters import Field, FieldTable
 from firstlap.race import OPTION_FIELDS
 from firstlap.raceline.params import LINE_FIELDS
+from firstlap.tuning.spread import JUDGE_FIELDS
 
 ROOT = Path(__file__).resolve().parents[1]
 HEAD = """<!-- Written by `make docs` from the field tables. Do not edit. -->
@@ -79,6 +80,8 @@ def parameters() -> str:
                 chapter("Mapping", "Names of `firstlap map --set NAME=VALUE`.", MAP_FIELDS),
                 "",
                 chapter("Localisation", "Names of `firstlap localise --set NAME=VALUE`.", LOCALISER_FIELDS),
+                "",
+                chapter("Tuning", "How `firstlap tune` judges candidates (`--judge NAME=VALUE`).", JUDGE_FIELDS),
             ]
         )
         + "\n"

@@ -323,9 +323,7 @@ class Robustness:
             "title": sweep.title,
             "unit": sweep.unit,
             "points": [_point(drives, sweep, value) for value in sweep.values],
-            "tracks": {
-                spec: [_point(own, sweep, value) for value in sweep.values] for spec, own in by_track.items()
-            },
+            "tracks": {spec: [_point(own, sweep, value) for value in sweep.values] for spec, own in by_track.items()},
             "contacts": [_contact(drive) for drive in sorted(drives, key=_order) if not drive.contact_free],
         }
 

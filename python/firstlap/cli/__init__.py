@@ -7,7 +7,20 @@ import sys
 import typer
 
 from firstlap import __version__
-from firstlap.cli import bench, check, compare, explain, line, perception, race, replay, robustness, survey, tracks
+from firstlap.cli import (
+    bench,
+    check,
+    compare,
+    explain,
+    line,
+    perception,
+    race,
+    replay,
+    robustness,
+    survey,
+    tracks,
+    tune,
+)
 from firstlap.cli.common import fail
 from firstlap.cli.localise import localise
 from firstlap.cli.map import map_command
@@ -35,6 +48,7 @@ app.command("survey")(survey.survey)
 app.command("compare")(compare.compare)
 app.command("perception")(perception.perception)
 app.command("robustness")(robustness.robustness)
+app.command("tune")(tune.tune)
 app.command("explain")(explain.explain)
 app.command("replay")(replay.replay)
 app.command("check")(check.check)

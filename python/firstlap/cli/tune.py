@@ -1,0 +1,237 @@
+"""firstlap tune"""
+
+from __future__ import annotations
+
+import shlex
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
+
+from firstlap.car_file import load_car
+from firstlap.cli.common import (
+    CarOption,
+    DriverOption,
+    JsonOption,
+    TrackArgument,
+    fail,
+    note,
+    print_json,
+    progress_bar,
+)
+from firstlap.cli.tune_shown import live_bar, print_paper, print_tuned
+from firstlap.errors import InputError
+from firstlap.tracks.library import list_tracks, load_track
+from firstlap.tracks.track import Track
+
+if TYPE_CHECKING:
+    from firstlap.tuning.run import Tuned
+    from firstlap.tuning.search import Budget
+    from firstlap.tuning.validate import Validation
+
+
+def tune(
+    track: TrackArgument,
+    start: Annotated[
+        str | None,
+        typer.Option("--from", metavar="SETUP", help="What to begin with and to beat; default: base or the driver's."),
+    ] = None,
+    driver: DriverOption = None,
+    budget: Annotated[
+        str, typer.Option("--budget", metavar="TIME|N", help="3m, 90s, 1h, or a number of trials.")
+    ] = "3m",
+    seeds: Annotated[int, typer.Option("--seeds", min=1, max=1000, help="Races of each candidate.")] = 8,
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Of everything random in the search.")] = 1,
+    only: Annotated[
+        str | None, typer.Option("--only", metavar="NAME,...", help="Change these parameters and no others.")
+    ] = None,
+    fix: Annotated[str | None, typer.Option("--fix", metavar="NAME,...", help="Leave these parameters alone.")] = None,
+    judging: Annotated[
+        list[str] | None,
+        typer.Option("--judge", metavar="NAME=VALUE", help="How candidates are judged, such as friction=0.2."),
+    ] = None,
+    reverse: Annotated[bool, typer.Option("--reverse", help="Tune for the other way round.")] = False,
+    car: CarOption = "default",
+    name: Annotated[
+        str | None, typer.Option("--name", metavar="NAME", help="Of the study; one that is there is resumed.")
+    ] = None,
+    study_file: Annotated[
+        Path, typer.Option("--study", metavar="FILE", help="All studies; optuna-dashboard opens it.")
+    ] = Path("firstlap-tuning.db"),
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="FOLDER", help="For setups and report; default: tuned/NAME.")
+    ] = None,
+    also: Annotated[
+        list[str] | None, typer.Option("--also", metavar="TRACK", help="Validate on this track too; repeatable.")
+    ] = None,
+    validated: Annotated[
+        bool, typer.Option("--validate/--no-validate", help="Race the result on unseen seeds and on other tracks.")
+    ] = True,
+    cluster: Annotated[
+        str | None, typer.Option("--cluster", metavar="ADDRESS", help="Of a Dask scheduler; default: this machine.")
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option("--workers", min=1, max=1024, help="On this machine; default: its cores.")
+    ] = None,
+    population: Annotated[
+        int | None, typer.Option("--population", min=4, max=10_000, help="Candidates of a generation.")
+    ] = None,
+    paper: Annotated[
+        bool, typer.Option("--paper", help="Search nothing: drive the paper's six settings on TRACK.")
+    ] = False,
+    as_json: JsonOption = False,
+) -> int:
+    """Search for the fastest setup that holds on a track. Exits 0 when one was found, 1 when not."""
+    from firstlap.tuning.search import parse_budget
+    from firstlap.tuning.session import check_name, make_session, new_name
+    from firstlap.tuning.spread import judge_values
+    from firstlap.tuning.study import check_study_file, quiet_optuna
+
+    if paper:
+        return _paper(track, car, seeds, out, as_json)
+    quiet_optuna()
+    limit = parse_budget(budget)
+    judge = judge_values(judging)
+    check_study_file(study_file)
+    session = make_session(
+        track,
+        load_track(track),
+        driver=driver,
+        start=start,
+        car=load_car(car),
+        judge=judge,
+        seeds=seeds,
+        seed=seed,
+        reverse=reverse,
+        only=only,
+        fix=fix,
+        population=population,
+    )
+    known = {spec: load_track(spec) for spec in also or []}
+    others = None if not validated else ([] if judge["other_seeds"] < 1 else list_tracks(), known, track)
+    name = check_name(name) if name is not None else new_name(study_file, session.track, session.driver, reverse)
+    folder = _folder(out or Path("tuned") / name)
+    tuned, validation = _run(session, name, study_file, limit, (cluster, workers), others)
+    return _finish(tuned, validation, folder, study_file, as_json)
+
+
+def _run(
+    session: Any,
+    name: str,
+    study_file: Path,
+    budget: Budget,
+    where: tuple[str | None, int | None],
+    others: tuple[list[str], dict[str, Track], str] | None,
+) -> tuple[Tuned, Validation | None]:
+    """Everything that races. Raises InputError, also where the cluster goes away."""
+    from firstlap.tuning.run import tune as run_tuning
+    from firstlap.tuning.run import validate_tuned
+    from firstlap.tuning.study import only_one, open_study
+
+    with only_one(study_file, name):
+        study = open_study(study_file, name, session.about())
+        if study.trials:
+            note(f"study {name}: {len(study.trials)} trials are there, {study.seconds:.0f} s of search")
+        with _kept(name, study_file, study), _pool(session.driver, *where) as pool, live_bar(budget) as watch:
+            tuned = run_tuning(session, study, pool, budget, watch)
+            return tuned, validate_tuned(tuned, _other_tracks(*others), pool, watch) if others is not None else None
+
+
+def _other_tracks(ours: list[str], also: dict[str, Track], tuned_for: str) -> dict[str, Track]:
+    """Every track of the validation but the one that was tuned for; ours are read only now, when they are needed."""
+    return {name: load_track(name) for name in ours if name != tuned_for} | also
+
+
+def _folder(path: Path) -> Path:
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        probe = path / ".probe"
+        probe.touch()
+        probe.unlink()
+    except OSError as error:
+        raise InputError(f"--out {path}: cannot be written ({error.strerror})") from None
+    return path
+
+
+@contextmanager
+def _kept(name: str, path: Path, study: Any) -> Iterator[None]:
+    """Says what is kept when the search ends before its time."""
+    from firstlap.tuning.pool import PoolGoneError
+
+    try:
+        yield
+    except PoolGoneError as error:
+        raise InputError(f"{error}; {_resume(name, path, study)}") from None
+    except KeyboardInterrupt:
+        note(_resume(name, path, study))
+        raise
+
+
+def _resume(name: str, path: Path, study: Any) -> str:
+    return f"{len(study.trials)} finished trials are kept in {path}; the same command with --name {name} resumes"
+
+
+@contextmanager
+def _pool(driver: str, cluster: str | None, workers: int | None) -> Iterator[Any]:
+    from firstlap.tuning.pool import make_pool
+
+    pool = make_pool(driver, cluster, workers)
+    try:
+        yield pool
+    finally:
+        pool.close()
+
+
+def _finish(tuned: Tuned, validation: Validation | None, folder: Path, study_file: Path, as_json: bool) -> int:
+    from firstlap.tuning.report import report
+    from firstlap.tuning.run import write_setups
+    from firstlap.tuning.summary import summary
+    from firstlap.tuning.written import write_text
+
+    files = write_setups(tuned, folder)
+    found = summary(tuned, files, study_file, validation)
+    page = folder / "report.html"
+    command = "firstlap " + shlex.join(sys.argv[1:])
+    write_text(page, report(tuned, found, validation, command))
+    if as_json:
+        print_json({**found, "report": str(page)})
+    else:
+        print_tuned(found, page)
+    if tuned.choice.holds is None:
+        return fail("no setup holds on fresh seeds; a longer --budget or a smaller --judge margin may find one", 1)
+    return 0
+
+
+def _paper(track: str, car: str, seeds: int, out: Path | None, as_json: bool) -> int:
+    from firstlap.tuning.paper import COUNT, drive_paper, paper_report, paper_summary
+    from firstlap.tuning.pool import StoppedError
+    from firstlap.tuning.written import write_text
+
+    loaded, loaded_car = load_track(track), load_car(car)
+    folder = _folder(out or Path("tuned") / f"paper-{Path(loaded.name).stem}")
+    stop = threading.Event()
+
+    def look(_running: object) -> None:
+        if stop.is_set():
+            raise StoppedError
+
+    with progress_bar(TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn()) as bar:
+        task = bar.add_task("racing", total=COUNT * seeds)
+        try:
+            driven = drive_paper(loaded, loaded_car, seeds, lambda: bar.advance(task), look)
+        except KeyboardInterrupt:
+            stop.set()
+            raise
+    found = paper_summary(track, loaded, loaded_car, driven)
+    page = folder / "report.html"
+    write_text(page, paper_report(found, driven))
+    if as_json:
+        print_json({**found, "report": str(page)})
+    else:
+        print_paper(found, page)
+    return 0

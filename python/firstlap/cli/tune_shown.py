@@ -1,0 +1,100 @@
+"""What `firstlap tune` shows while it searches, and what it says at the end."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rich.markup import escape
+from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from firstlap.cli.common import console, progress_bar
+
+if TYPE_CHECKING:
+    from firstlap.tuning.search import Budget
+
+
+@contextmanager
+def live_bar(budget: Budget) -> Iterator[Any]:
+    """A bar on stderr: trials, best lap, share that holds, time left."""
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    with progress_bar(*columns) as bar:
+        yield _bar_watch(bar, budget)
+
+
+def _bar_watch(bar: Progress, budget: Budget) -> Any:
+    from firstlap.tuning.run import Watch
+
+    total = budget.trials or (budget.seconds or 0.0)
+
+    class BarWatch(Watch):
+        """Shows it on a bar."""
+
+        task: TaskID = bar.add_task("racing the starts", total=total)
+        later: TaskID | None = None
+        held = 0
+        seen = 0
+
+        def trial(self, search: Any, trial: Any) -> None:
+            self.seen += 1
+            self.held += trial.verdict.holds
+            best = search.best
+            done = search.seconds if budget.trials is None else len(search.study.trials)
+            seconds = (total - done) * (1.0 if budget.trials is None else search.seconds / max(done, 1))
+            lap = f"best {best.cost:.2f} s, " if best else ""
+            share = f"{100 * self.held / self.seen:.0f} % hold"
+            text = f"trial {trial.number + 1}, {lap}{share}, {max(seconds, 0.0):.0f} s left"
+            bar.update(self.task, completed=min(done, total), description=text)
+
+        def races(self, what: str, count: int) -> None:
+            if self.later is None:
+                self.later = bar.add_task(what, total=None)
+            bar.update(self.later, advance=count, description=what)
+
+    return BarWatch()
+
+
+def print_tuned(found: dict[str, Any], page: Path) -> None:
+    """The result as a table."""
+    start = found["compared_with"]
+    table = Table(title=escape(f"{found['track']}, {found['direction']}: {found['trials']} trials"))
+    table.add_column("setup")
+    for heading in ("lap s", f"less than {start['setup']}", "failed", "clearance m"):
+        table.add_column(heading, justify="right", overflow="fold")
+    table.add_row(start["setup"], f"{start['lap']:.2f}", "", "", "")
+    marked = [(title, found[role]) for role, title in (("holds", "fastest that holds"), ("seen", "fastest seen"))]
+    for title, entry in marked:
+        if entry:
+            lap = entry["lap"] or entry["lap_in_search"]
+            less = "-" if entry["less"] is None else f"{100 * entry['less']:.1f} %"
+            failed = f"{entry['failed']} of {entry['races']}"
+            table.add_row(title, f"{lap:.2f}", less, failed, f"{entry['clearance']:.2f}")
+    out = console()
+    out.print(table)
+    if found["validation"]:
+        out.print(escape(found["validation"]["verdict"]))
+    files = [f"{title} {entry['file']}" for title, entry in marked if entry]
+    out.print(escape("; ".join([*files, f"report {page}", f"study {found['study']} in {found['study_file']}"])))
+
+
+def print_paper(found: dict[str, Any], page: Path) -> None:
+    """The six settings beside the paper's laps."""
+    table = Table(title=escape(f"the paper's settings on {found['track']}"))
+    for heading in ("setting", "lap s", "less than 0", "failed", "paper's lap s", "less than 0"):
+        table.add_column(heading, justify="right")
+    for row in found["settings"]:
+        cells = (row["lap"], row["less"], row["paper_lap"], row["paper_less"])
+        lap, less, theirs, their_less = ("-" if cell is None else cell for cell in cells)
+        table.add_row(
+            str(row["setting"]),
+            lap if lap == "-" else f"{lap:.2f}",
+            less if less == "-" else f"{less:.0%}",
+            f"{row['failed']} of {row['races']}",
+            theirs if theirs == "-" else f"{theirs:.1f}",
+            their_less if their_less == "-" else f"{their_less:.0%}",
+        )
+    console().print(table)
+    console().print(escape(f"report {page}"))

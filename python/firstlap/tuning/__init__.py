@@ -1,0 +1,1 @@
+"""Tuning: from a setup to the fastest that holds."""

@@ -1,0 +1,200 @@
+"""Who races the candidates: the cores of this machine, or a Dask cluster; both as `concurrent.futures`."""
+
+from __future__ import annotations
+
+import logging
+import os
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    CancelledError,
+    Executor,
+    Future,
+    ProcessPoolExecutor,
+    ThreadPoolExecutor,
+    wait,
+)
+from multiprocessing import get_context
+from typing import Any, Protocol
+
+from firstlap import __version__, _core
+from firstlap.drivers import driver_kind
+from firstlap.errors import InputError
+from firstlap.parameters import Values
+from firstlap.tuning.candidate import Problem, Verdict, judge
+
+CONNECT_SECONDS = 10.0
+WORKERLESS_SECONDS = 20.0
+POLL_SECONDS = 0.5
+Job = tuple[Problem, Values, Sequence[float | None] | None]
+
+
+class PoolGoneError(Exception):
+    """Whoever raced is gone; one line says how."""
+
+
+class StoppedError(Exception):
+    """The race was stopped from outside."""
+
+
+class Pool(Protocol):
+    """Races candidates, many at once."""
+
+    workers: int
+
+    def submit(self, job: Job) -> Future[Verdict]:
+        """Races one."""
+
+    def check(self) -> None:
+        """Called now and then while waiting. Raises PoolGoneError."""
+
+    def close(self) -> None:
+        """Ends what still runs."""
+
+
+class LocalPool:
+    """The cores of this machine: threads, since the core races without the GIL; processes for drivers in Python."""
+
+    def __init__(self, driver: str, workers: int | None = None) -> None:
+        self.workers = workers or os.cpu_count() or 1
+        self._stop = threading.Event()
+        self._in_python = driver_kind(driver).in_python
+        self._executor: Executor = (
+            ProcessPoolExecutor(self.workers, mp_context=get_context("spawn"))
+            if self._in_python
+            else ThreadPoolExecutor(self.workers)
+        )
+
+    def submit(self, job: Job) -> Future[Verdict]:
+        """Races one."""
+        return self._executor.submit(judge, *job, None if self._in_python else self._look)
+
+    def _look(self, _running: _core.Race) -> None:
+        if self._stop.is_set():
+            raise StoppedError
+
+    def check(self) -> None:
+        """This machine is always there."""
+
+    def close(self) -> None:
+        """Ends what still runs."""
+        self._stop.set()
+        self._executor.shutdown(wait=True, cancel_futures=True)
+
+
+class ClusterPool:
+    """A Dask cluster. A job whose worker dies is raced again by another."""
+
+    def __init__(self, address: str) -> None:
+        try:
+            import distributed
+        except ImportError:
+            raise InputError("--cluster needs more: pip install firstlap[tune]") from None
+        logging.getLogger("distributed").setLevel(logging.CRITICAL)
+        connect: Any = distributed.Client
+        try:
+            self._client: Any = connect(address, timeout=CONNECT_SECONDS, set_as_default=False)
+        except (OSError, ValueError, TypeError, TimeoutError) as error:
+            raise InputError(f"--cluster {address}: no scheduler answers there ({_first_line(error)})") from None
+        self._address = address
+        self._seen = time.monotonic()
+        self._executor = self._client.get_executor(pure=False)
+        self.workers = self._wait_for_workers()
+        self._check_version()
+
+    def _threads(self) -> int:
+        info = self._client.scheduler_info(n_workers=-1)
+        return sum(worker["nthreads"] for worker in info["workers"].values())
+
+    def _wait_for_workers(self) -> int:
+        end = time.monotonic() + CONNECT_SECONDS
+        while not (threads := self._threads()):
+            if time.monotonic() > end:
+                self.close()
+                raise InputError(f"--cluster {self._address}: it has no workers; start some with `dask worker`")
+            time.sleep(0.1)
+        return threads
+
+    def _check_version(self) -> None:
+        try:
+            theirs = self._executor.submit(_version).result(timeout=CONNECT_SECONDS * 3)
+        except Exception as error:
+            self.close()
+            raise InputError(f"--cluster {self._address}: firstlap does not run there ({_first_line(error)})") from None
+        if theirs != __version__:
+            self.close()
+            raise InputError(f"--cluster {self._address}: firstlap is {theirs} there, {__version__} here")
+
+    def submit(self, job: Job) -> Future[Verdict]:
+        """Races one."""
+        try:
+            return self._executor.submit(judge, *job)
+        except Exception as error:
+            raise PoolGoneError(f"the cluster {self._address} went away ({_first_line(error)})") from None
+
+    def check(self) -> None:
+        """Raises PoolGoneError where the scheduler has gone, or all workers for a while."""
+        if self._client.status != "running":
+            raise PoolGoneError(f"the cluster {self._address} went away")
+        if self._threads():
+            self._seen = time.monotonic()
+        elif time.monotonic() - self._seen > WORKERLESS_SECONDS:
+            raise PoolGoneError(f"the cluster {self._address} has had no workers for {WORKERLESS_SECONDS:g} s")
+
+    def close(self) -> None:
+        """Leaves the cluster."""
+        try:
+            self._client.close(timeout=2.0)
+        except Exception:
+            logging.getLogger(__name__).debug("the cluster did not say goodbye", exc_info=True)
+
+
+def make_pool(driver: str, cluster: str | None, workers: int | None) -> LocalPool | ClusterPool:
+    """Raises InputError where the cluster is not there."""
+    return LocalPool(driver, workers) if cluster is None else ClusterPool(cluster)
+
+
+def race_all(pool: Pool, jobs: Sequence[Job], done: Callable[[int, Verdict], object]) -> list[Verdict]:
+    """All verdicts in the order of the jobs; `done` is called in this thread as each comes. Raises PoolGoneError."""
+    futures = {pool.submit(job): index for index, job in enumerate(jobs)}
+    found: dict[int, Verdict] = {}
+    try:
+        for future in _as_they_come(pool, set(futures)):
+            found[futures[future]] = _result(future)
+            done(futures[future], found[futures[future]])
+    except BaseException:
+        for future in futures:
+            future.cancel()
+        raise
+    return [found[index] for index in range(len(jobs))]
+
+
+def _as_they_come(pool: Pool, waiting: set[Future[Verdict]]) -> Iterator[Future[Verdict]]:
+    while waiting:
+        ready, waiting = wait(waiting, timeout=POLL_SECONDS, return_when=FIRST_COMPLETED)
+        if not ready:
+            pool.check()
+        yield from ready
+
+
+def _result(future: Future[Verdict]) -> Verdict:
+    try:
+        return future.result()
+    except CancelledError as error:
+        raise PoolGoneError(f"the cluster gave a candidate up ({_first_line(error)})") from None
+    except Exception as error:
+        if type(error).__module__.startswith("distributed"):
+            raise PoolGoneError(f"the cluster gave a candidate up ({_first_line(error)})") from None
+        raise
+
+
+def _version() -> str:
+    import firstlap
+
+    return firstlap.__version__
+
+
+def _first_line(error: BaseException) -> str:
+    return (str(error).strip().splitlines() or [type(error).__name__])[0][:120]

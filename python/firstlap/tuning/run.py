@@ -1,0 +1,139 @@
+"""A whole tuning: search, choice on fresh seeds, setup files."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from firstlap import __version__
+from firstlap.tracks.track import Track
+from firstlap.tuning.candidate import Problem
+from firstlap.tuning.choose import Choice, Chosen, choose
+from firstlap.tuning.pool import Pool
+from firstlap.tuning.search import Budget, Search
+from firstlap.tuning.session import Session
+from firstlap.tuning.study import Study, Trial
+from firstlap.tuning.validate import Validation, validate
+from firstlap.tuning.written import write_setup
+
+
+class Watch:
+    """What a tuning tells whoever watches; every method may be left as it is."""
+
+    def trial(self, search: Search, trial: Trial) -> None:
+        """A trial has finished."""
+
+    def races(self, what: str, count: int) -> None:
+        """So many races of a later part have finished."""
+
+
+@dataclass(frozen=True)
+class Tuned:
+    """What a tuning came to. problem: as the last candidates raced it."""
+
+    session: Session
+    search: Search
+    choice: Choice
+
+    @property
+    def study(self) -> Study:
+        """All trials."""
+        return self.search.study
+
+    @property
+    def problem(self) -> Problem:
+        """As candidates raced it."""
+        return self.search.problem
+
+    @property
+    def gain(self) -> float | None:
+        """Share of the start's lap that the setup that holds saves."""
+        holds = self.choice.holds
+        return self.less(holds) if holds else None
+
+    @property
+    def reference(self) -> float:
+        """Lap of the start that is compared with, on the fresh seeds [s]."""
+        return self.choice.compared.lap or self.search.reference
+
+    def less(self, chosen: Chosen) -> float:
+        """Share of the start's lap that a setup saves, on the same seeds."""
+        return 1.0 - chosen.lap / self.reference
+
+
+def tune(session: Session, study: Study, pool: Pool, budget: Budget, watch: Watch) -> Tuned:
+    """Searches, then races the best again on fresh seeds; a budget in seconds is of both.
+
+    Raises InputError where no start finishes the track, PoolGoneError where the cluster goes away.
+    """
+    search = Search(
+        session.problem(),
+        session.starts,
+        session.space,
+        study,
+        pool,
+        session.seed,
+        session.population,
+        session.judge["slowest"],
+    )
+    search.done = lambda trial: watch.trial(search, trial)
+    judge = session.judge
+    search.laps_after = (judge["finalists"] + 2) * judge["check_seeds"] * judge["check_laps"]
+    search.run(budget)
+    given = search.compared.given
+    choice = choose(search.problem, study.ordered, given, pool, session.judge, session.seed, watch.races)
+    return Tuned(session, search, choice)
+
+
+def validate_tuned(tuned: Tuned, others: Mapping[str, Track], pool: Pool, watch: Watch) -> Validation | None:
+    """Races what was chosen where the search never was; nothing where nothing holds. Raises PoolGoneError."""
+    holds = tuned.choice.holds
+    if holds is None:
+        return None
+    session, compared = tuned.session, tuned.search.compared
+    return validate(
+        tuned.problem,
+        holds.trial.given,
+        (compared.name, compared.given),
+        others,
+        pool,
+        session.judge,
+        session.seed,
+        lambda _what, count: watch.races("validation", count),
+    )
+
+
+def write_setups(tuned: Tuned, folder: Path) -> dict[str, Path]:
+    """{"holds": file, "seen": file} for those that there are. Raises InputError."""
+    titles = {"holds": "the fastest setup that holds", "seen": "the fastest setup seen, which may fail"}
+    written = {}
+    for role, chosen in (("holds", tuned.choice.holds), ("seen", tuned.choice.seen)):
+        if chosen is None:
+            continue
+        path = folder / f"{tuned.study.name}-{role}.yaml"
+        write_setup(path, tuned.session.driver, chosen.trial.given, _header(tuned, chosen, titles[role]))
+        written[role] = path
+    return written
+
+
+def _header(tuned: Tuned, chosen: Chosen, title: str) -> list[str]:
+    session, search, check = tuned.session, tuned.search, chosen.check
+    verdict = chosen.trial.verdict
+    spread = ", ".join(f"{name} ±{value:g}" for name, value in session.spread.items())
+    saved = tuned.less(chosen)
+    broken = sum(clearance < check.margin for clearance in check.clearances)
+    found = f"start {chosen.trial.start}" if chosen.trial.start else f"trial {chosen.trial.number}"
+    return [
+        f"{title[0].upper()}{title[1:]} on {session.spec}, {'reverse' if session.reverse else 'forward'}, "
+        f"car {session.car.name}: written by `firstlap tune`, version {__version__}.",
+        "",
+        f"study {tuned.study.name}, {found} of {len(tuned.study.trials)}, seed {session.seed}",
+        f"search: {verdict.raced} races of {search.problem.laps} laps, {verdict.failed} failed, "
+        f"lap {verdict.lap:.2f} s, clearance {verdict.clearance:.2f} m",
+        f"fresh seeds: {check.raced} races of {int(session.judge['check_laps'])} laps, "
+        f"{check.raced - check.failed} finished, lap {chosen.lap:.2f} s, clearance {check.clearance:.2f} m, "
+        f"margin of {check.margin:g} m broken in {broken}",
+        f"every race differs: {spread}",
+        f"setup {search.compared.name} laps in {tuned.reference:.2f} s there: {100 * saved:.1f} % less",
+    ]

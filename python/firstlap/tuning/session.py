@@ -1,0 +1,146 @@
+"""One session of tuning from what a person asked for: problem, starts, space, and what the study is about."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from firstlap import __version__
+from firstlap.car_file import Car
+from firstlap.drivers.registry import driver_kind
+from firstlap.errors import InputError
+from firstlap.setup_file import LOCAL, Setup, choose_setup, list_setups, load_setup
+from firstlap.tracks.track import Track
+from firstlap.tuning.candidate import Problem, plain_car
+from firstlap.tuning.space import Space, make_space
+from firstlap.tuning.spread import SPREAD_NAMES, corners
+from firstlap.tuning.study import study_names, track_digest
+
+BASE = "base"
+SEARCHED = ("laps", "margin", "hopeless", "slowest")
+"""Rows of the judge's table that decide what a search finds; the others are of what comes after it."""
+
+
+@dataclass(frozen=True)
+class Session:
+    """What is asked for. track: as driven; reverse: whether it is the other way round."""
+
+    spec: str
+    track: Track
+    reverse: bool
+    car: Car
+    starts: list[Setup]
+    space: Space
+    judge: dict[str, float]
+    seeds: int
+    seed: int
+    population: int | None
+
+    @property
+    def driver(self) -> str:
+        """Whose setup is tuned."""
+        return self.starts[0].driver
+
+    @property
+    def spread(self) -> dict[str, float]:
+        """The part of the judge's table that differs from race to race."""
+        return {name: self.judge[name] for name in SPREAD_NAMES}
+
+    def problem(self) -> Problem:
+        """What candidates race."""
+        return Problem(
+            track=self.track,
+            driver=self.driver,
+            car_name=self.car.name,
+            car=plain_car(self.car),
+            conditions=tuple(corners(self.seeds, self.seed)),
+            spread=self.spread,
+            laps=int(self.judge["laps"]),
+            margin=self.judge["margin"],
+            hopeless=self.judge["hopeless"],
+        )
+
+    def about(self) -> dict[str, Any]:
+        """What tells one search from another; it is kept in the study."""
+        return {
+            "track": self.spec,
+            "track_digest": track_digest(self.track),
+            "direction": "reverse" if self.reverse else "forward",
+            "driver": self.driver,
+            "car": plain_car(self.car),
+            "starts": {
+                start.name: {f"{section}.{name}": value for (section, name), value in start.given.items()}
+                for start in self.starts
+            },
+            "space": self.space.to_dict(),
+            "judge": {name: self.judge[name] for name in (*SPREAD_NAMES, *SEARCHED)},
+            "seeds": self.seeds,
+            "seed": self.seed,
+            "population": self.population,
+            "version": __version__,
+        }
+
+
+def make_session(
+    spec: str,
+    track: Track,
+    *,
+    driver: str | None,
+    start: str | None,
+    car: Car,
+    judge: dict[str, float],
+    seeds: int = 8,
+    seed: int = 1,
+    reverse: bool = False,
+    only: str | None = None,
+    fix: str | None = None,
+    population: int | None = None,
+) -> Session:
+    """start: the setup to begin with and to compare with; default: base, or the driver's own. Raises InputError."""
+    driver_kind(driver or LOCAL)
+    if start is None and (driver or LOCAL) == LOCAL:
+        start = BASE
+    first = choose_setup(driver, start)
+    starts = starts_of(first)
+    space = make_space(starts, only, fix)
+    if only is not None or fix is not None:
+        starts = [first, *(_only_these(first, other, space) for other in starts[1:])]
+    return Session(
+        spec=spec,
+        track=track.reversed() if reverse else track,
+        reverse=reverse,
+        car=car,
+        starts=starts,
+        space=space,
+        judge=judge,
+        seeds=seeds,
+        seed=seed,
+        population=population,
+    )
+
+
+def _only_these(first: Setup, other: Setup, space: Space) -> Setup:
+    """The first start with another's values where the search may change them."""
+    values = {(a.field.section, a.field.name): other.get(a.field.key) for a in space.axes}
+    return replace(first, name=f"{first.name} with {other.name}", given={**first.given, **values})
+
+
+def starts_of(first: Setup) -> list[Setup]:
+    """The setup asked for, then our own of the same driver: the search begins at the best of them."""
+    own = [load_setup(name) for name in list_setups(first.driver)]
+    return [first, *(setup for setup in own if setup.given != first.given)]
+
+
+def new_name(path: Path, track: Track, driver: str, reverse: bool) -> str:
+    """A name that the study file does not have yet: arena-1, arena-2, ... Raises InputError."""
+    stem = Path(track.name).stem + ("-reverse" if reverse else "") + ("" if driver == LOCAL else f"-{driver}")
+    taken = set(study_names(path))
+    return next(f"{stem}-{number}" for number in range(1, 1_000_000) if f"{stem}-{number}" not in taken)
+
+
+def check_name(name: str) -> str:
+    """A name of a study, which also names files. Raises InputError."""
+    if not name or len(name) > 80 or any(not (c.isalnum() or c in "-_.") for c in name) or name.startswith("."):
+        raise InputError(f"--name {name[:60]!r}: expected letters, digits, - and _")
+    return name

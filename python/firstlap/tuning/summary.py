@@ -1,0 +1,61 @@
+"""What a tuning came to, as one JSON object."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from firstlap import __version__
+from firstlap.rules import check_rules
+from firstlap.setup_file import Setup
+from firstlap.tuning.choose import Chosen
+from firstlap.tuning.run import Tuned
+from firstlap.tuning.validate import Validation
+
+
+def summary(tuned: Tuned, files: Mapping[str, Path], study_file: Path, validation: Validation | None) -> dict[str, Any]:
+    """As `firstlap tune --json` prints it."""
+    session, search = tuned.session, tuned.search
+    return {
+        "version": __version__,
+        "track": session.spec,
+        "direction": "reverse" if session.reverse else "forward",
+        "driver": session.driver,
+        "car": session.car.name,
+        "seed": session.seed,
+        "seeds": session.seeds,
+        "judge": session.judge,
+        "study": tuned.study.name,
+        "study_file": str(study_file),
+        "trials": len(tuned.study.trials),
+        "laps": round(search.laps_driven, 1),
+        "seconds": round(tuned.study.seconds, 1),
+        "cpu_seconds": round(search.cpu_seconds, 1),
+        "compared_with": {"setup": search.compared.name, "lap": tuned.reference},
+        **{
+            role: describe(tuned, chosen, files[role]) if chosen else None
+            for role, chosen in (("holds", tuned.choice.holds), ("seen", tuned.choice.seen))
+        },
+        "validation": validation.to_dict() if validation else None,
+    }
+
+
+def describe(tuned: Tuned, chosen: Chosen, file: Path) -> dict[str, Any]:
+    """One marked setup on the fresh seeds."""
+    check = chosen.check
+    setup = Setup(file.stem, chosen.trial.given, str(file), driver=tuned.session.driver)
+    return {
+        "file": str(file),
+        "trial": chosen.trial.number,
+        "lap": check.lap,
+        "lap_in_search": chosen.trial.verdict.lap,
+        "less": None if check.lap is None else tuned.less(chosen),
+        "races": check.raced,
+        "failed": check.failed,
+        "clearance": check.clearance,
+        "margin_broken": sum(clearance < check.margin for clearance in check.clearances),
+        "values": {f"{section}.{name}": value for (section, name), value in chosen.trial.given.items()},
+        "rules": [asdict(rule) for rule in check_rules(setup, tuned.session.car)],
+    }

@@ -1,0 +1,40 @@
+"""Setup files with a header that says how they came to be."""
+
+from __future__ import annotations
+
+import textwrap
+from pathlib import Path
+
+import yaml
+
+from firstlap.drivers.registry import driver_kind
+from firstlap.output import write_whole
+from firstlap.parameters import Values
+from firstlap.setup_file import LOCAL
+
+
+def setup_text(driver: str, given: Values, header: list[str]) -> str:
+    """The text of a setup file; header: lines, wrapped, each a comment."""
+    lines = [part for line in header for part in (textwrap.wrap(line, 110) or [""])]
+    text = "".join(f"# {line}".rstrip() + "\n" for line in lines)
+    sections: dict[str, dict[str, object]] = {}
+    for field in driver_kind(driver).fields.fields:
+        if (field.section, field.name) in given:
+            sections.setdefault(field.section, {})[field.name] = given[field.section, field.name]
+    first = f"driver: {driver}\n" if driver != LOCAL else ""
+    return text + first + (yaml.safe_dump(sections, sort_keys=False) if sections else "")
+
+
+def write_setup(path: Path, driver: str, given: Values, header: list[str]) -> None:
+    """Writes it whole or not at all. Raises InputError."""
+    text = setup_text(driver, given, header)
+    write_whole(path, lambda name: _write(name, text))
+
+
+def write_text(path: Path, text: str) -> None:
+    """Any text, whole or not at all. Raises InputError."""
+    write_whole(path, lambda name: _write(name, text))
+
+
+def _write(name: str, text: str) -> None:
+    Path(name).write_text(text, encoding="utf-8")

@@ -1,0 +1,204 @@
+"""`firstlap tune` as a person meets it: what it writes, what it refuses, what it keeps."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+
+import firstlap
+from firstlap.tuning.paper import PRINTED_LAPS, paper_settings
+from firstlap.tuning.study import study_names
+
+pytest.importorskip("optuna", reason="the extra `tune` is not installed")
+pytest.importorskip("cmaes", reason="the extra `tune` is not installed")
+
+QUICK = [
+    "--seeds",
+    "1",
+    "--population",
+    "4",
+    "--only",
+    "a_y_max,v_max",
+    "--judge",
+    "laps=2",
+    "--judge",
+    "check_laps=2",
+    "--judge",
+    "check_seeds=2",
+    "--judge",
+    "finalists=1",
+    "--judge",
+    "unseen_seeds=2",
+]
+ALONE = [*QUICK, "--judge", "other_seeds=0"]
+
+
+@pytest.fixture
+def no_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Reports take longer to draw than these races."""
+    monkeypatch.setattr("firstlap.tuning.report.report", lambda *_: "")
+
+
+def one_line(said, *words: str) -> None:
+    assert said.code == 2, said.err
+    lines = said.err.strip().splitlines()
+    assert len(lines) == 1, said.err
+    assert lines[0].startswith("error: ")
+    assert "Traceback" not in said.err
+    for word in words:
+        assert word in lines[0]
+
+
+def test_tune_writes_setups_to_race_and_a_report_in_one_file(cli):
+    said = cli("tune", "oval", "--budget", 5, "--json", *ALONE)
+    assert said.code == 0, said.err
+    found = said.json
+    assert (found["study"], found["trials"]) == ("oval-1", 5)
+    assert found["holds"]["failed"] == 0
+    assert found["holds"]["less"] > 0.0
+    text = Path(found["holds"]["file"]).read_text(encoding="utf-8")
+    for word in ("oval", "seed 1", firstlap.__version__, "fresh seeds", "% less"):
+        assert word in text
+    again = firstlap.race(firstlap.load_track("oval"), found["holds"]["file"], laps=2)
+    assert again.finished
+    setup = firstlap.load_setup(found["holds"]["file"])
+    assert {f"{section}.{name}": value for (section, name), value in setup.given.items()} == found["holds"]["values"]
+    page = Path(found["report"]).read_text(encoding="utf-8")
+    for word in ("Lap by setting", "Motion parameters", "Driven lines", "Fast against safe", "over-tuned", "rules"):
+        assert word in page
+    assert page.count("data:image/png;base64,") >= 5
+    assert 'src="http' not in page
+
+
+@pytest.mark.usefixtures("no_pictures")
+def test_tune_serves_any_driver_of_the_registry(cli):
+    options = [word if word != "a_y_max,v_max" else "v_max" for word in ALONE]
+    found = cli("tune", "oval", "--driver", "gap", "--budget", 2, "--json", *options)
+    assert found.code in (0, 1), found.err
+    assert found.json["driver"] == "gap"
+    if found.json["holds"]:
+        assert firstlap.load_setup(found.json["holds"]["file"]).driver == "gap"
+
+
+@pytest.mark.parametrize("budget", ["0", "0m", "-1", "nothing"])
+def test_a_budget_of_nothing_is_one_line(cli, budget: str):
+    one_line(cli("tune", "oval", "--budget", budget), "--budget", "3m")
+
+
+def test_a_track_that_no_start_finishes_says_so_and_stops(cli, tmp_path: Path):
+    car = tmp_path / "ice.yaml"
+    car.write_text("vehicle:\n  friction: 0.06\n", encoding="utf-8")
+    said = cli("tune", "arena", "--car", car, "--budget", 50, *ALONE)
+    one_line(said, "no start finishes it", "base: contact")
+    assert not list(tmp_path.glob("tuned/*/*.yaml"))
+
+
+def test_a_study_file_that_cannot_be_written_is_one_line(cli, tmp_path: Path):
+    for file in ("/proc/tuning.db", tmp_path, tmp_path / "nowhere" / "a.db"):
+        one_line(cli("tune", "oval", "--budget", 3, "--study", file), str(file))
+
+
+def test_a_foreign_study_file_is_refused_and_left_as_it_is(cli, tmp_path: Path):
+    text = tmp_path / "notes.db"
+    text.write_text("not a database", encoding="utf-8")
+    other = tmp_path / "other.db"
+    with closing(sqlite3.connect(other)) as connection:
+        connection.execute("create table songs (name text)")
+        connection.commit()
+    for file in (text, other):
+        before = file.read_bytes()
+        one_line(cli("tune", "oval", "--budget", 3, "--study", file), "is not a file of studies")
+        assert file.read_bytes() == before
+
+
+@pytest.mark.usefixtures("no_pictures")
+def test_a_study_of_another_track_or_another_search_is_refused(cli, tmp_path: Path):
+    assert cli("tune", "oval", "--budget", 1, "--name", "a", "--no-validate", *QUICK).code == 0
+    one_line(cli("tune", "wide", "--budget", 1, "--name", "a", *QUICK), "another track", "oval", "--name")
+    one_line(cli("tune", "oval", "--reverse", "--budget", 1, "--name", "a", *QUICK), "another track")
+    one_line(cli("tune", "oval", "--budget", 1, "--name", "a", "--seed", 2, *QUICK), "another seed")
+    import optuna
+
+    optuna.create_study(storage="sqlite:///firstlap-tuning.db", study_name="theirs").add_trial(
+        optuna.trial.create_trial(value=1.0)
+    )
+    one_line(cli("tune", "oval", "--budget", 1, "--name", "theirs", *QUICK), "not one of firstlap's")
+    assert study_names(tmp_path / "firstlap-tuning.db") == ["a", "theirs"]
+
+
+@pytest.mark.parametrize(
+    ("options", "word"),
+    [
+        (["--only", "k_angle"], "k_angle"),
+        (["--fix", "k_ang", "--only", "k_ang"], "nothing is left"),
+        (["--judge", "margin=9"], "margin"),
+        (["--from", "bse"], "bse"),
+        (["--driver", "gapp"], "gapp"),
+        (["--name", "../a"], "--name"),
+        (["--out", "/proc/out"], "--out"),
+    ],
+)
+def test_other_bad_input_is_one_line(cli, options: list[str], word: str):
+    one_line(cli("tune", "oval", "--budget", 1, *options), word)
+
+
+@pytest.mark.usefixtures("no_pictures")
+def test_kill_9_loses_no_finished_trial_and_the_same_command_resumes(cli, tmp_path: Path):
+    command = ["tune", "oval", "--name", "a", "--budget", "60", "--json", *ALONE]
+    code = f"import sys; from firstlap.cli import run; sys.exit(run({command!r}))"
+    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.DEVNULL, cwd=tmp_path) as process:
+        file = tmp_path / "firstlap-tuning.db"
+        end = time.monotonic() + 120
+        while time.monotonic() < end and process.poll() is None and finished(file) < 3:
+            time.sleep(0.02)
+        os.kill(process.pid, signal.SIGKILL)
+    kept = costs(file)
+    assert 3 <= len(kept) < 60
+    command[command.index("60")] = str(len(kept) + 3)
+    found = cli(*command)
+    assert found.code == 0, found.err
+    assert f"{len(kept)} trials are there" in found.err
+    assert found.json["trials"] == len(kept) + 3
+    assert costs(file)[: len(kept)] == kept
+
+
+def costs(file: Path) -> list[float]:
+    """Of the finished trials."""
+    with closing(sqlite3.connect(f"file:{file}?mode=ro", uri=True)) as connection:
+        rows = connection.execute(
+            "select value from trial_values join trials using (trial_id) where state = 'COMPLETE'"
+        )
+        return [float(row[0]) for row in rows]
+
+
+def finished(file: Path) -> int:
+    """Trials in a study file that another process writes."""
+    try:
+        with closing(sqlite3.connect(f"file:{file}?mode=ro", uri=True)) as connection:
+            return int(connection.execute("select count(*) from trials where state = 'COMPLETE'").fetchone()[0])
+    except sqlite3.Error:
+        return 0
+
+
+def test_the_papers_settings_go_from_base_to_race_and_are_driven(cli):
+    settings = paper_settings()
+    assert len(settings) == 6
+    for name in ("k_ang", "k_soft", "k_damp", "l_max", "v_max", "a_y_max"):
+        assert settings[0].get(name) == firstlap.load_setup("base").get(name)
+        assert settings[5].get(name) == firstlap.load_setup("race").get(name)
+    assert settings[2].get("v_max") == 6.5
+    found = cli("tune", "--paper", "oval", "--seeds", 1, "--json").json
+    assert [row["paper_lap"] for row in found["settings"]] == [PRINTED_LAPS.get(place) for place in range(6)]
+    assert found["settings"][5]["lap"] < found["settings"][0]["lap"]
+    page = Path(found["report"]).read_text(encoding="utf-8")
+    assert page.count("data:image/png;base64,") == 3
+    assert json.dumps(found)
