@@ -59,6 +59,7 @@ docs: .venv/.built .venv/.dev ## write the generated pages again
 pictures: .venv/.built ## draw the pictures of README and gallery again
 	@$(firstlap) race arena --setup race --laps 3 --plot docs/arena.png
 	@$(firstlap) explain hairpins --at 20 --plot docs/step.png
+	@$(python) scripts/perception_pictures.py docs
 	@$(python) scripts/gallery.py
 
 sanitize: .venv/.run build/.gtest ## C++ tests under address and undefined behaviour sanitizers

@@ -1,0 +1,65 @@
+"""Measure perception with one part changed at a time, on two real recordings and three simulated drives, as JSON.
+
+Usage: scripts/perception_ablation.py MAPS SCANS >ablation.json   (folders that hold NAME/NAME.yaml and NAME/NAME.npz)
+"""
+
+import json
+import pathlib
+import sys
+from typing import Any
+
+from firstlap.car_file import load_car
+from firstlap.perception import against_map, simulated
+from firstlap.recordings import load_recording
+from firstlap.setup_file import load_setup
+from firstlap.tracks.library import load_track
+
+REAL = {"germany2022": None, "hangar12": 90.0}
+"""Name and the second until which it is taken: later the driver of hangar12 turns round."""
+SIMULATED = (("width_step", False), ("lausitzring1", False), ("hangar16", True))
+CHANGES = (
+    ("everything as it is", ""),
+    ("adaptive width: where one wall is hidden, a constant 2 m", "width_gain=0 width_min=3 width_blend=0.1"),
+    ("memory of the width: the last scan's alone", "width_gain=1"),
+    ("memory of walls: out of sight is forgotten", "memory_time=0"),
+    ("agreement with the past: none", "past_weight=0"),
+    ("peek-through: every gap above 0.15 m is a way through", "pass_ratio=0 pass_min=0.15 pass_max=0.15"),
+    ("elimination: none", "min_points=1 min_chord=0 max_nearest=30"),
+    ("adaptive threshold: a fixed break at 0.3 m", "break_min=0.3 break_max=0.3"),
+    ("apex: the track is no wider there", "apex_width=0"),
+    ("chain: a side goes on over any gap", "chain_gap=20"),
+    ("body: masked to 0.3 m only", "mask_range=0.3"),
+    ("trail: bars nothing", "trail_time=0"),
+)
+
+
+def main(maps: pathlib.Path, scans: pathlib.Path) -> None:
+    """Prints one entry per change; progress on stderr."""
+    car = load_car("default")
+    recordings = {name: load_recording(scans / name / f"{name}.npz").between(None, end) for name, end in REAL.items()}
+    tracks = []
+    for name, reverse in SIMULATED:
+        path = maps / name / f"{name}.yaml"
+        track = load_track(str(path) if path.is_file() else name)
+        tracks.append((name, reverse, track.reversed() if reverse else track))
+    found: list[dict[str, Any]] = []
+    for what, changes in CHANGES:
+        print(what, file=sys.stderr, flush=True)
+        setup = load_setup("sure")
+        setup = setup.with_assignments(changes.split()) if changes else setup
+        real = {
+            name: against_map.measure(
+                recording, setup, car, maps / name / f"{name}.yaml", mask_body=False
+            ).perception.to_dict()
+            for name, recording in recordings.items()
+        }
+        drives = {}
+        for name, reverse, track in tracks:
+            perception, outcome = simulated.measure(track, setup, car)
+            drives[f"{name}{' reverse' if reverse else ''}"] = {"outcome": outcome, **perception.to_dict()}
+        found.append({"what": what, "set": changes, "real": real, "simulated": drives})
+    print(json.dumps(found, indent=1))
+
+
+if __name__ == "__main__":
+    main(pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2]))
