@@ -9,4 +9,5 @@ NB_MODULE(_core, m) {
   firstlap::bindings::bind_sim(m);
   firstlap::bindings::bind_bench(m);
   firstlap::bindings::bind_replay(m);
+  firstlap::bindings::bind_world(m);
 }
