@@ -21,8 +21,7 @@ def declare_fields(node: Any, fields: Iterable[Field], values: Callable[[Field],
     """Declares the parameters of a driver as section.name, at `values(field)`. Raises ValueError."""
     for field in fields:
         doc = f"{field.doc} [{field.unit}]" if field.unit else field.doc
-        bounds = (None, None) if field.type == "bool" else (field.min, field.max)
-        _declare(node, field.key, values(field), doc, *bounds, False)
+        _declare(node, field.key, values(field), doc, field.min, field.max, False)
 
 
 def _declare(node: Any, name: str, default: Any, doc: str, low: float | None, high: float | None, fixed: bool) -> None:
