@@ -7,7 +7,7 @@ import sys
 import typer
 
 from firstlap import __version__
-from firstlap.cli import bench, check, drive, explain, race, replay, sim, survey, tracks
+from firstlap.cli import bench, check, drive, explain, latency, race, replay, sim, survey, tracks
 from firstlap.cli.common import fail
 from firstlap.cli.process import (
     Commands,
@@ -37,6 +37,7 @@ app.command("check")(check.check)
 app.command("tracks")(tracks.tracks)
 app.command("bench")(bench.bench)
 app.command("drive", context_settings=PASS_ON)(drive.drive)
+app.command("latency")(latency.latency)
 app.command("sim", context_settings=PASS_ON)(sim.sim)
 
 
