@@ -453,3 +453,64 @@ class World:
         """[s] between scans."""
 
     def __len__(self) -> int: ...
+
+class StateEstimateParams:
+    """Every parameter of the state estimate."""
+
+    @overload
+    def __init__(self) -> None:
+        """Every parameter at its default."""
+
+    @overload
+    def __init__(self, other: StateEstimateParams) -> None:
+        """A copy."""
+
+    @staticmethod
+    def fields() -> list:
+        """
+        The field table: a list of dicts with section, name, unit, min, max, default, doc and type.
+        """
+
+    def get(self, section: str, name: str) -> object:
+        """One value. Raises KeyError."""
+
+    def set(self, section: str, name: str, value: float) -> None:
+        """
+        Sets one value. Raises KeyError for an unknown name, ValueError for a value out of its range.
+        """
+
+    def values(self) -> dict:
+        """All values, {section: {name: value}}."""
+
+    def validate(self) -> None:
+        """
+        Raises ValueError with field, value and range where a value, or a pair of values, is not allowed.
+        """
+
+class StateEstimate:
+    """Wheel speed, yaw rate and wheel angle fused."""
+
+    def __init__(self, params: StateEstimateParams) -> None:
+        """Raises ValueError with field, value and range."""
+
+    def predict(self, steering_angle: float, dt: float) -> None:
+        """Moves on by dt [s] under a commanded wheel angle [rad]."""
+
+    def measure_speed(self, speed: float) -> None:
+        """[m/s] of the wheels."""
+
+    def measure_yaw_rate(self, yaw_rate: float) -> None:
+        """[rad/s] of the gyro."""
+
+    def measure_steering(self, steering_angle: float) -> None:
+        """[rad]"""
+
+    def state(self) -> tuple:
+        """Speed [m/s], yaw rate [rad/s], wheel angle [rad]."""
+
+    @property
+    def yaw_rate_bias(self) -> float:
+        """[rad/s] of the gyro."""
+
+    def reset(self) -> None:
+        """Forgets everything."""

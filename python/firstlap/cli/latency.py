@@ -45,7 +45,9 @@ def latency(
         return 0
     out = console()
     times, node = summary["scan_to_drive_ms"], summary["node_us"]
-    out.print(f"{chosen.title}, {rate:g} Hz, {summary['answered']} of {summary['scans']} scans answered")
+    out.print(
+        f"{chosen.title}, {rate:g} Hz, {summary['answered']} of {summary['scans']} scans answered, {summary['stops']} stops"
+    )
     out.print("scan to drive: " + ", ".join(f"{name} {value:.2f}" for name, value in times.items()) + " ms")
     out.print("in the node: " + ", ".join(f"{name} {value}" for name, value in node.items()), markup=False)
     if summary["memory_mb"]:
@@ -56,6 +58,7 @@ def latency(
     low = 0.0
     for edge, count in summary["histogram"]:
         if count:
-            out.print(f"{low:6.1f} to {edge:6.1f} ms {'█' * max(round(WIDTH * count / most), 1)} {count}")
+            to = "more" if edge is None else f"{edge:g}"
+            out.print(f"{low:6g} to {to:>4} ms {'█' * max(round(WIDTH * count / most), 1)} {count}")
         low = edge
     return 0

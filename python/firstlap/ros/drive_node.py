@@ -28,7 +28,7 @@ from firstlap.ros.markers import Markers
 from firstlap.ros.names import DRIVE
 from firstlap.ros.node_parameters import declare_entries, declare_fields, result, value_of
 from firstlap.ros.safety import DEADMAN, DeadMan, Stamps, Watchdog, within
-from firstlap.ros.vehicle_state import StateSource
+from firstlap.ros.vehicle_state import ESTIMATE_FIELDS, StateSource
 
 NAME = "firstlap_drive"
 CHECK_PERIOD = 0.02
@@ -80,6 +80,7 @@ class DriveNode(LifecycleNode):
         declare_entries(self, DRIVE)
         driver, setup = value_of(self, "driver"), value_of(self, "setup")
         self.driving = Driving.of(driver, setup) if driver or setup or driving is None else driving
+        declare_fields(self, ESTIMATE_FIELDS.fields, lambda field: field.default)
         declare_fields(self, self.driving.fields, lambda field: self.driving.setup.get(field.key))
         self.driving.change({field.key: value_of(self, field.key) for field in self.driving.fields})
 
@@ -102,6 +103,8 @@ class DriveNode(LifecycleNode):
     def on_parameters(self, parameters: list[Any]) -> Any:
         """New values of any parameters: all are taken, or none with the reason."""
         known = {field.key for field in self.driving.fields}
+        if any(parameter.name.startswith("state_estimate.") for parameter in parameters):
+            self._soon(self.state.set_estimate)
         values = {parameter.name: parameter.value for parameter in parameters if parameter.name in known}
         try:
             if values:
@@ -163,7 +166,6 @@ class DriveNode(LifecycleNode):
             self.get_logger().error(f"not driving: {reason}")
             return REFUSED
         self.driving.reset()
-        self.state.reset()
         self.active = True
         self.get_logger().info(f"driving: {self.driving.setup.title}")
         return OK
@@ -234,7 +236,7 @@ class DriveNode(LifecycleNode):
         now = self.watch_now()
         reason = "emergency stop" if self.emergency else self._clock_reason() or self._mount_reason()
         reason = reason or ("dead-man released" if DEADMAN in self.watchdog.timeouts and not self.deadman.held else "")
-        return reason or self.watchdog.arm(now, time.monotonic())
+        return reason or self.watchdog.arm(now)
 
     def ready(self) -> str:
         """What is still missing before the car could drive; empty when nothing is."""
@@ -268,7 +270,6 @@ class DriveNode(LifecycleNode):
         response.success, response.message = not reason, reason or "driving"
         if not reason:
             self.driving.reset()
-            self.state.reset()
             self.get_logger().info("driving again")
         return response
 
@@ -376,7 +377,7 @@ class DriveNode(LifecycleNode):
         self.health.scan(stamp, dt, message.scan_time)
         if not (self.active and self.may_drive() and self.mount):
             return
-        speed, yaw_rate, steering_angle = self.state.at(stamp + sweep, self.steering)
+        speed, yaw_rate, steering_angle = self.state.at(self.steering)
         scan = to_scan(message, self.mount)
         before = time.perf_counter()
         command = self.driving.step(scan, speed, yaw_rate, steering_angle, min(dt, 1.0) or 0.025)
@@ -386,7 +387,6 @@ class DriveNode(LifecycleNode):
             self.trip(f"the driver's command is not finite ({command.status})")
             return
         self.publish_drive(*limited, message.header.stamp)
-        self.state.hear_command(*limited)
         self.health.step(spent, time.perf_counter() - began, self.now() - stamp - sweep, command.status)
         self.markers.publish(self.driving.handle, stamp)
 
@@ -400,12 +400,12 @@ class DriveNode(LifecycleNode):
             message.header.stamp = stamp
         message.drive.speed, message.drive.steering_angle = speed, steering_angle
         self.steering = steering_angle
+        self.state.hear_command(steering_angle)
         self.drive.publish(message)
 
     def publish_stop(self) -> None:
         """Speed 0 with the wheels as they are: turning them now would leave the path."""
         self.publish_drive(0.0, self.steering)
-        self.state.hear_command(0.0, self.steering)
 
 
 def _for_want_of_a_hand(reason: str) -> bool:

@@ -28,6 +28,8 @@ SCANS = 600
 """Of a real lap, played again and again."""
 WARM_UP = 40
 """Scans before it counts."""
+STOPPED = 10
+"""Commands to stand in a row after which the node is told to go on."""
 READY = 30.0
 """[s] until the driving node must have started."""
 BINS = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0, 10.0, 15.0, 20.0, 30.0, 50.0, 100.0)
@@ -36,13 +38,15 @@ BINS = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0, 10.0, 15.0, 20.0, 30.0, 50.0, 10
 
 @dataclass
 class Latency:
-    """scan_to_drive: [ms] one a command. node: what it says of its own work. memory: [MB] of it, once a second."""
+    """scan_to_drive: [ms] one a command. node: what it says of its own work. memory: [MB] of it, once a
+    second. stops: how often it stopped, because the machine starved it or the scans, and was told to go on."""
 
     scans: int = 0
     scan_to_drive: list[float] = field(default_factory=list)
     node: dict[str, str] = field(default_factory=dict)
     load: tuple[float, float] = (0.0, 0.0)
     memory: list[float] = field(default_factory=list)
+    stops: int = 0
 
     def summary(self) -> dict[str, Any]:
         """For --json."""
@@ -51,6 +55,7 @@ class Latency:
         return {
             "scans": self.scans,
             "answered": len(self.scan_to_drive),
+            "stops": self.stops,
             "scan_to_drive_ms": {"p50": p50, "p90": p90, "p99": p99, "max": float(times.max())},
             "node_us": self.node,
             "load": {"before": self.load[0], "after": self.load[1], "cores": os.cpu_count()},
@@ -58,11 +63,11 @@ class Latency:
             "histogram": self.histogram(),
         }
 
-    def histogram(self) -> list[tuple[float, int]]:
-        """(upper edge [ms], commands) of each bin; the last edge is infinite."""
+    def histogram(self) -> list[tuple[float | None, int]]:
+        """(upper edge [ms], commands) of each bin; the last has no edge."""
         edges = np.array([0.0, *BINS, np.inf])
         counts, _ = np.histogram(self.scan_to_drive, edges)
-        return [(float(edge), int(count)) for edge, count in zip(edges[1:], counts, strict=True)]
+        return [(edge, int(count)) for edge, count in zip((*BINS, None), counts, strict=True)]
 
 
 def lap_of_scans(setup: Setup, track: str) -> tuple[list[npt.NDArray[np.float32]], list[tuple[float, float]], Any]:
@@ -132,13 +137,14 @@ def _play(played: Any, node: Any, seconds: float, rate: float, look: Callable[[f
     from rclpy.executors import SingleThreadedExecutor
     from rclpy.qos import qos_profile_sensor_data
     from sensor_msgs.msg import LaserScan
+    from std_srvs.srv import Trigger
 
     from firstlap.ros import sim_messages as make
 
     scans, states, header = played
     found = Latency(load=(os.getloadavg()[0], 0.0))
     sent: dict[int, float] = {}
-    counting = False
+    counting, stopped = False, 0
     context = rclpy.Context()
     rclpy.init(context=context)
     probe = rclpy.create_node("firstlap_latency", context=context)
@@ -149,6 +155,12 @@ def _play(played: Any, node: Any, seconds: float, rate: float, look: Callable[[f
         return int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)
 
     def on_drive(message: Any) -> None:
+        nonlocal stopped
+        stopped = stopped + 1 if message.drive.speed == 0.0 else 0
+        if stopped == STOPPED:
+            found.stops += counting
+            resume.call_async(Trigger.Request())
+            stopped = 0
         began = sent.pop(key(message.header.stamp), None)
         if began is not None and counting:
             found.scan_to_drive.append(1e3 * (time.perf_counter() - began))
@@ -161,6 +173,7 @@ def _play(played: Any, node: Any, seconds: float, rate: float, look: Callable[[f
     odom_out = probe.create_publisher(Odometry, "odom", qos_profile_sensor_data)
     probe.create_subscription(AckermannDriveStamped, "drive", on_drive, 10)
     probe.create_subscription(DiagnosticArray, "/diagnostics", on_diagnostics, 10)
+    resume = probe.create_client(Trigger, "firstlap_drive/resume")
     total, i, answered_at = int(seconds * rate), 0, None
     begin = due = time.perf_counter()
     try:

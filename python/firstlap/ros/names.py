@@ -34,7 +34,7 @@ DRIVE = (
     Entry("base_frame", "base_link", "middle of the rear axle", fixed=True),
     Entry("laser_from_tf", True, "the laser's place comes from TF; false: from car.laser_x, turned by laser_yaw"),
     Entry("laser_yaw", 0.0, "[rad] of the laser, where TF does not say it", -3.2, 3.2),
-    Entry("state_estimate", False, "fuse wheel speed, yaw rate and wheel angle (for poor odometry)"),
+    Entry("fuse_state", False, "fuse wheel speed, yaw rate and wheel angle, for poor odometry", fixed=True),
     Entry("speed_limit", 20.0, "[m/s] no command is faster, whatever the setup says", 0.0, 20.0),
     Entry("scan_timeout", 0.1, "[s] without a good scan: stop", 0.02, 1.0),
     Entry("odom_timeout", 0.2, "[s] without good odometry, IMU or wheel angle: stop", 0.02, 1.0),

@@ -5,24 +5,45 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from firstlap import _core
+from firstlap.parameters import FieldTable
 from firstlap.ros.node_parameters import value_of
 
-SERVO_RATE = 3.2
+ESTIMATE_FIELDS = FieldTable(_core.StateEstimateParams.fields())
 ABSURD_SPEED = 50.0
 """[m/s] no such car is faster."""
 
 
 class StateSource:
-    """The newest of every source. Every `*_reason` says why a message must not be used; empty when it may."""
+    """The newest of every source, or with `fuse_state` what the core's estimate makes of them.
+
+    Every `*_reason` says why a message must not be used; empty when it may.
+    """
 
     def __init__(self, node: Any) -> None:
         self._node = node
         self.speed = self.yaw_rate = 0.0
         self.steering: float | None = None
         self._imu = bool(value_of(node, "imu_topic"))
+        self._commanded = 0.0
+        self._time: float | None = None
+        self._estimate: _core.StateEstimate | None = None
+        self.set_estimate()
 
-    def reset(self) -> None:
-        """Forgets what a filter would remember."""
+    def set_estimate(self) -> None:
+        """A new estimate with the parameters as they are."""
+        if value_of(self._node, "fuse_state"):
+            params = _core.StateEstimateParams()
+            for field in ESTIMATE_FIELDS.fields:
+                params.set(field.section, field.name, value_of(self._node, field.key))
+            self._estimate = _core.StateEstimate(params)
+
+    def _predict(self, time: float) -> None:
+        """To the time of a measurement; one that is older than the last counts as now."""
+        if self._estimate:
+            if self._time is not None and time > self._time:
+                self._estimate.predict(self._commanded, time - self._time)
+            self._time = max(time, self._time or time)
 
     def odometry_reason(self, twist: Any) -> str:
         """Of a geometry_msgs/Twist in the car's frame."""
@@ -36,6 +57,11 @@ class StateSource:
         self.speed = twist.linear.x
         if not self._imu:
             self.yaw_rate = twist.angular.z
+        if self._estimate:
+            self._predict(time)
+            self._estimate.measure_speed(self.speed)
+            if not self._imu:
+                self._estimate.measure_yaw_rate(self.yaw_rate)
 
     def imu_reason(self, message: Any) -> str:
         """Of a sensor_msgs/Imu."""
@@ -44,6 +70,9 @@ class StateSource:
     def hear_imu(self, time: float, message: Any) -> None:
         """A good IMU message."""
         self.yaw_rate = message.angular_velocity.z
+        if self._estimate:
+            self._predict(time)
+            self._estimate.measure_yaw_rate(self.yaw_rate)
 
     def _joint(self, message: Any) -> float | None:
         joint = value_of(self._node, "steering_joint")
@@ -62,10 +91,15 @@ class StateSource:
     def hear_steering(self, message: Any) -> None:
         """A good wheel angle."""
         self.steering = self._joint(message)
+        if self._estimate and self.steering is not None:
+            self._estimate.measure_steering(self.steering)
 
-    def hear_command(self, speed: float, steering_angle: float) -> None:
-        """What was commanded."""
+    def hear_command(self, steering_angle: float) -> None:
+        """What the servo was told."""
+        self._commanded = steering_angle
 
-    def at(self, time: float, commanded: float) -> tuple[float, float, float]:
+    def at(self, commanded: float) -> tuple[float, float, float]:
         """Speed [m/s], yaw rate [rad/s], wheel angle [rad]; without a measured angle, the one last commanded."""
+        if self._estimate:
+            return self._estimate.state()
         return self.speed, self.yaw_rate, commanded if self.steering is None else self.steering
