@@ -7,7 +7,7 @@ import sys
 import typer
 
 from firstlap import __version__
-from firstlap.cli import bench, check, drive, explain, latency, race, replay, sim, survey, tracks
+from firstlap.cli import bench, check, drive, explain, latency, preflight, race, replay, sim, survey, tracks
 from firstlap.cli.common import fail
 from firstlap.cli.process import (
     Commands,
@@ -18,7 +18,7 @@ from firstlap.cli.process import (
     silence,
     watch_process,
 )
-from firstlap.cli.ros_arguments import PASS_ON
+from firstlap.cli.ros_arguments import RosCommand
 from firstlap.errors import InputError
 
 app = typer.Typer(
@@ -36,9 +36,10 @@ app.command("replay")(replay.replay)
 app.command("check")(check.check)
 app.command("tracks")(tracks.tracks)
 app.command("bench")(bench.bench)
-app.command("drive", context_settings=PASS_ON)(drive.drive)
+app.command("drive", cls=RosCommand)(drive.drive)
+app.command("preflight", cls=RosCommand)(preflight.preflight)
 app.command("latency")(latency.latency)
-app.command("sim", context_settings=PASS_ON)(sim.sim)
+app.command("sim", cls=RosCommand)(sim.sim)
 
 
 def _print_version(wanted: bool) -> None:

@@ -7,12 +7,11 @@ from typing import Annotated
 import typer
 
 from firstlap.cli.common import DriverOption, SetOption, SetupOption, chosen_setup
-from firstlap.cli.ros_arguments import RosArguments, ros_arguments
+from firstlap.cli.ros_arguments import ros_arguments
 
 
 def drive(
     context: typer.Context,
-    more: RosArguments = None,
     driver: DriverOption = None,
     setup: SetupOption = None,
     changes: SetOption = None,
@@ -26,7 +25,7 @@ def drive(
     """Drive a real or simulated car over ROS 2, as a lifecycle node. What follows --ros-args goes to ROS."""
     from firstlap.ros import require_ros
 
-    arguments = ros_arguments(context, more, namespace, sim_time)
+    arguments = ros_arguments(context, namespace, sim_time)
     require_ros()
     given = chosen_setup(setup, changes, driver)
 

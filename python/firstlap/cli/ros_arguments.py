@@ -2,25 +2,25 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
 import typer
+from typer.core import TyperCommand
 
-from firstlap.errors import InputError
-
-RosArguments = Annotated[
-    list[str] | None,
-    typer.Argument(metavar="[--ros-args ...]", help="For ROS: -p NAME:=VALUE, -r FROM:=TO, --params-file FILE."),
-]
-PASS_ON = {"allow_extra_args": True, "ignore_unknown_options": True}
+MARK = "--ros-args"
 
 
-def ros_arguments(context: typer.Context, more: list[str] | None, namespace: str, sim_time: bool) -> list[str]:
-    """For rclpy.init. Raises InputError for anything else than --ros-args and what follows it."""
-    given = [*(more or []), *context.args]
-    if given and given[0] != "--ros-args":
-        raise InputError(f"{given[0][:60]}: no such option; what is for ROS follows --ros-args")
-    arguments = given or ["--ros-args"]
+class RosCommand(TyperCommand):
+    """A command that hands everything from --ros-args on to ROS."""
+
+    def parse_args(self, ctx: typer.Context, args: list[str]) -> list[str]:  # type: ignore[override]
+        """Takes what is for ROS away before the rest is looked at."""
+        at = args.index(MARK) if MARK in args else len(args)
+        ctx.meta[MARK] = args[at:]
+        return super().parse_args(ctx, args[:at])
+
+
+def ros_arguments(context: typer.Context, namespace: str = "", sim_time: bool = False) -> list[str]:
+    """For rclpy.init."""
+    arguments = list(context.meta.get(MARK) or [MARK])
     if namespace:
         space = namespace.strip("/")
         arguments += ["-r", f"__ns:=/{space}", "-p", f"base_frame:={space}/base_link"]

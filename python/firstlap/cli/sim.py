@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from firstlap.cli.common import JsonOption, note, print_json
-from firstlap.cli.ros_arguments import RosArguments, ros_arguments
+from firstlap.cli.ros_arguments import ros_arguments
 
 
 def sim(
@@ -16,7 +16,6 @@ def sim(
         str,
         typer.Argument(metavar="TRACK", help="One of ours by name, a track file, random:SEED, or a ROS map YAML."),
     ] = "arena",
-    more: RosArguments = None,
     car: Annotated[str, typer.Option("--car", metavar="CAR", help="default, nuc2, gym or a YAML file.")] = "",
     cars: Annotated[int, typer.Option("--cars", min=1, max=16, help="Cars on the track, each in its namespace.")] = 1,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Of all noise.")] = 1,
@@ -30,7 +29,7 @@ def sim(
     """Simulate cars over ROS 2 in real time: scan, odometry, TF out, drive in. What follows --ros-args is for ROS."""
     from firstlap.ros import require_ros
 
-    arguments = ros_arguments(context, more, "", False)
+    arguments = ros_arguments(context)
     require_ros()
 
     from firstlap.ros.process import ros, run_sim

@@ -13,7 +13,6 @@ from nav_msgs.msg import Odometry
 from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
 from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import Imu, JointState, LaserScan
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
@@ -27,6 +26,7 @@ from firstlap.ros.frames import Frames, mount_of
 from firstlap.ros.markers import Markers
 from firstlap.ros.names import DRIVE
 from firstlap.ros.node_parameters import declare_entries, declare_fields, result, value_of
+from firstlap.ros.qos import LATCHED, NEWEST
 from firstlap.ros.safety import DEADMAN, DeadMan, Stamps, Watchdog, within
 from firstlap.ros.vehicle_state import ESTIMATE_FIELDS, StateSource
 
@@ -40,8 +40,6 @@ CLOCK_STALL = 0.25
 FORGET = 0.5
 """[s] after which a silent source may begin with any stamp."""
 
-SENSOR = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
-LATCHED = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 OK, REFUSED = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 
 
@@ -134,19 +132,19 @@ class DriveNode(LifecycleNode):
         topic = self._topic
         hear = self.create_subscription
         self.heard = [
-            hear(LaserScan, topic("scan"), self.on_scan, SENSOR),
-            hear(Odometry, topic("odom"), self.on_odometry, SENSOR),
+            hear(LaserScan, topic("scan"), self.on_scan, NEWEST),
+            hear(Odometry, topic("odom"), self.on_odometry, NEWEST),
             hear(TFMessage, "/tf_static", self.frames.hear, LATCHED),
-            hear(TFMessage, "/tf", self.frames.hear, QoSProfile(depth=100)),
+            hear(TFMessage, "/tf", self.frames.hear, 100),
         ]
         if topic("imu"):
-            self.heard.append(hear(Imu, topic("imu"), self.on_imu, SENSOR))
+            self.heard.append(hear(Imu, topic("imu"), self.on_imu, NEWEST))
         if topic("steering"):
-            self.heard.append(hear(JointState, topic("steering"), self.on_steering, SENSOR))
+            self.heard.append(hear(JointState, topic("steering"), self.on_steering, NEWEST))
         if topic("emergency_stop"):
             self.heard.append(hear(Bool, topic("emergency_stop"), self.on_emergency_stop, 1))
         if topic("deadman"):
-            self.heard.append(hear(Bool, topic("deadman"), self.on_deadman, SENSOR))
+            self.heard.append(hear(Bool, topic("deadman"), self.on_deadman, NEWEST))
         self.services_heard = [
             self.create_service(Trigger, "~/resume", self.on_resume),
             self.create_service(Trigger, "~/stop", self.on_stop),

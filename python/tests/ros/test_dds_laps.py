@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import math
 from typing import Any
 
+import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import Odometry
@@ -12,6 +14,8 @@ from sensor_msgs.msg import LaserScan
 from visualization_msgs.msg import MarkerArray
 
 import firstlap
+from firstlap.ros.conversions import yaw_of
+from firstlap.simulate import Lidar
 
 LAP_TOLERANCE = 0.02
 
@@ -78,10 +82,17 @@ def test_two_cars_in_their_namespaces_see_each_other_and_lap(lab: Any) -> None:
     lab.probe.hear_drive("/car1/drive")
     lab.probe.hear_drive("/car2/drive")
     scans = lab.probe.hear(LaserScan, "/car2/scan")
+    truth = lab.probe.hear(Odometry, "/car2/ground_truth/odom")
     sim = lab.start("sim", "arena", "--cars", "2", "--laps", "1", "--json")
     lab.until(lambda: scans, "scans")
-    ahead = scans[-1].ranges[len(scans[-1].ranges) // 2]
-    assert 2.0 < ahead < 3.0, "the car 3 m ahead is 2.6 m before the laser"
+    lab.until(lambda: truth, "the truth")
+    place = truth[-1].pose.pose
+    yaw = yaw_of(place.orientation)
+    laser = (place.position.x + 0.27 * math.cos(yaw), place.position.y + 0.27 * math.sin(yaw), yaw)
+    walls = Lidar(firstlap.load_track("arena")).scan(*laser)
+    nearer = np.flatnonzero(np.asarray(scans[-1].ranges) < walls - 0.3)
+    assert len(nearer) > 10, "beams that end on the car ahead"
+    assert 2.2 < np.asarray(scans[-1].ranges)[nearer].min() < 2.7, "its tail is 2.6 m before the laser along the line"
     for car, limit in (("car1", "3.0"), ("car2", "2.0")):
         lab.start("drive", "--namespace", car, "--ros-args", "-p", f"speed_limit:={limit}")
     cars = drives_to_the_end(lab, sim, "/car1", "/car2")
