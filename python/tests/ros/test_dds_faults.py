@@ -65,7 +65,8 @@ def stops_in_time(lab: Any, fault: Act, undo: Act, reason: str, lasts: bool = Tr
         stop = first_stop(lab, since)
         stalled = lab.probe.stalled
         stays_stopped(lab)
-        assert not (lasts and lab.probe.trigger("/firstlap_drive/resume").success), "consent while the fault lasts"undo()
+        assert not (lasts and lab.probe.trigger("/firstlap_drive/resume").success), "consent while the fault lasts"
+        undo()
         stays_stopped(lab)
         late, said = stop.time - since, lab.running[1].said.rpartition("stopped: ")[2]
         found = f"stopped after {late:.3f} s, the probe {stalled:.3f} s late: {said}"

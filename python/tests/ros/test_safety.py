@@ -57,7 +57,8 @@ def test_a_node_that_did_not_run_for_a_while_does_not_drive_on() -> None:
 
 def test_a_pause_is_seen_though_the_simulated_clock_stood_still_too() -> None:
     watchdog = armed()
-    assert watchdog.check(0.0, 5.0)
+    assert watchdog.check(0.0, 5.0) == ""
+    assert watchdog.check(0.0, 5.5) == "the node did not run for 0.50 s"
 
 
 def test_a_rejected_message_is_counted_and_does_not_feed() -> None:
