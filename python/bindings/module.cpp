@@ -10,4 +10,6 @@ NB_MODULE(_core, m) {
   firstlap::bindings::bind_maps(m);
   firstlap::bindings::bind_bench(m);
   firstlap::bindings::bind_replay(m);
+  firstlap::bindings::bind_world(m);
+  firstlap::bindings::bind_state_estimate(m);
 }

@@ -11,5 +11,7 @@ void bind_sim(nanobind::module_& m);
 void bind_maps(nanobind::module_& m);
 void bind_bench(nanobind::module_& m);
 void bind_replay(nanobind::module_& m);
+void bind_world(nanobind::module_& m);
+void bind_state_estimate(nanobind::module_& m);
 
 }  // namespace firstlap::bindings

@@ -56,6 +56,11 @@ class Racer(Driver):
     def __init__(self, params: Params) -> None:
         """Raises ValueError with field, value and range."""
 
+    def set_params(self, params: Params) -> None:
+        """
+        Changes the parameters while driving. Raises ValueError as the constructor, and then keeps the old ones.
+        """
+
     def trace(self) -> dict:
         """What the last step saw and thought, as numpy arrays in base_link."""
 
@@ -496,3 +501,157 @@ def truth(race: Race, first: int) -> dict:
     """
     pose (N, 3) x, y, yaw and motion (N, 2) speed, yaw rate at each scan of a race from scan `first` on.
     """
+
+class WorldOptions:
+    """How many cars, and how they are treated."""
+
+    @overload
+    def __init__(self) -> None:
+        """Every parameter at its default."""
+
+    @overload
+    def __init__(self, other: WorldOptions) -> None:
+        """A copy."""
+
+    @staticmethod
+    def fields() -> list:
+        """
+        The field table: a list of dicts with section, name, unit, min, max, default, doc and type.
+        """
+
+    def get(self, section: str, name: str) -> object:
+        """One value. Raises KeyError."""
+
+    def set(self, section: str, name: str, value: float) -> None:
+        """
+        Sets one value. Raises KeyError for an unknown name, ValueError for a value out of its range.
+        """
+
+    def values(self) -> dict:
+        """All values, {section: {name: value}}."""
+
+    def validate(self) -> None:
+        """
+        Raises ValueError with field, value and range where a value, or a pair of values, is not allowed.
+        """
+
+class World:
+    """
+    Cars of one kind on one track, commanded from outside; see cpp/firstlap/sim/world.hpp.
+    """
+
+    def __init__(self, track: Track, car: Car, options: WorldOptions, seed: int) -> None:
+        """Raises ValueError where the cars cannot start."""
+
+    def advance(self) -> None:
+        """One scan period of all cars."""
+
+    def command(self, car: int, speed: float, steering_angle: float, after: float = 0.0) -> None:
+        """Speed [m/s] and wheel angle [rad], `after` seconds from now."""
+
+    def reset(self, car: int) -> None:
+        """Back to its start, at rest; its laps begin anew."""
+
+    def place(self, car: int, x: float, y: float, yaw: float) -> None:
+        """To a pose [m, rad] of base_link, at rest."""
+
+    def kick(self, car: int, lateral_speed: float, yaw_rate: float) -> None:
+        """A shove [m/s], [rad/s]."""
+
+    def truth(self, car: int) -> dict:
+        """Pose in the map frame and true motion, SI."""
+
+    def measured(self, car: int) -> tuple:
+        """Speed, yaw rate and wheel angle at the last scan, as the car has it."""
+
+    def ranges(self, car: int) -> Annotated[NDArray[numpy.float32], dict(shape=(None,))]:
+        """The last scan [m] (beams,)."""
+
+    def laps(self, car: int) -> list:
+        """Complete laps since the reset, as of a race."""
+
+    def laps_done(self, car: int) -> int:
+        """Complete laps since the reset."""
+
+    def contacts(self, car: int) -> int:
+        """Contacts since the reset."""
+
+    def clearance(self, car: int) -> float:
+        """Smallest distance to a wall [m] since the reset."""
+
+    @property
+    def header(self) -> tuple:
+        """
+        angle_min, angle_increment, time_increment, range_min, range_max of a scan.
+        """
+
+    @property
+    def time(self) -> float:
+        """[s]"""
+
+    @property
+    def period(self) -> float:
+        """[s] between scans."""
+
+    def __len__(self) -> int: ...
+
+class StateEstimateParams:
+    """Every parameter of the state estimate."""
+
+    @overload
+    def __init__(self) -> None:
+        """Every parameter at its default."""
+
+    @overload
+    def __init__(self, other: StateEstimateParams) -> None:
+        """A copy."""
+
+    @staticmethod
+    def fields() -> list:
+        """
+        The field table: a list of dicts with section, name, unit, min, max, default, doc and type.
+        """
+
+    def get(self, section: str, name: str) -> object:
+        """One value. Raises KeyError."""
+
+    def set(self, section: str, name: str, value: float) -> None:
+        """
+        Sets one value. Raises KeyError for an unknown name, ValueError for a value out of its range.
+        """
+
+    def values(self) -> dict:
+        """All values, {section: {name: value}}."""
+
+    def validate(self) -> None:
+        """
+        Raises ValueError with field, value and range where a value, or a pair of values, is not allowed.
+        """
+
+class StateEstimate:
+    """Wheel speed, yaw rate and wheel angle fused."""
+
+    def __init__(self, params: StateEstimateParams) -> None:
+        """Raises ValueError with field, value and range."""
+
+    def predict(self, steering_angle: float, dt: float) -> None:
+        """Moves on by dt [s] under a commanded wheel angle [rad]."""
+
+    def measure_speed(self, speed: float) -> None:
+        """[m/s] of the wheels."""
+
+    def measure_yaw_rate(self, yaw_rate: float) -> None:
+        """[rad/s] of the gyro."""
+
+    def measure_steering(self, steering_angle: float) -> None:
+        """[rad]"""
+
+    def state(self) -> tuple:
+        """Speed [m/s], yaw rate [rad/s], wheel angle [rad]."""
+
+    @property
+    def yaw_rate_bias(self) -> float:
+        """[rad/s] of the gyro."""
+
+    def reset(self) -> None:
+        """Forgets everything."""

@@ -65,6 +65,14 @@ void Vehicle::command(const DriveCommand& command, double latency) noexcept {
   speed_line_.push(time_ + latency + params_.speed_delay, command.speed);
 }
 
+void Vehicle::kick(double lateral_speed, double yaw_rate) noexcept {
+  if (!std::isfinite(lateral_speed) || !std::isfinite(yaw_rate)) return;
+  body_.lateral += lateral_speed;
+  body_.yaw_rate += yaw_rate;
+  gym_[5] += yaw_rate;
+  if (std::abs(gym_[3]) > 0.5) gym_[6] += std::atan2(lateral_speed, gym_[3]);
+}
+
 void Vehicle::step(double dt) noexcept {
   if (params_.model == static_cast<int>(VehicleModel::gym)) {
     step_gym(dt);

@@ -48,6 +48,9 @@ class Vehicle {
   // Gives a command now; it takes effect after `latency` [s] and the car's own delays. Non-finite: ignored.
   void command(const DriveCommand& command, double latency = 0.0) noexcept;
 
+  // A shove: adds to the lateral speed [m/s] of the centre of gravity and the yaw rate [rad/s]. Not finite: ignored.
+  void kick(double lateral_speed, double yaw_rate) noexcept;
+
   // Moves on by dt [s], at most params.step_dt.
   void step(double dt) noexcept;
 

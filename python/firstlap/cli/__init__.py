@@ -11,12 +11,16 @@ from firstlap.cli import (
     bench,
     check,
     compare,
+    drive,
     explain,
+    latency,
     line,
     perception,
+    preflight,
     race,
     replay,
     robustness,
+    sim,
     survey,
     tracks,
     tune,
@@ -33,6 +37,7 @@ from firstlap.cli.process import (
     silence,
     watch_process,
 )
+from firstlap.cli.ros_arguments import RosCommand
 from firstlap.errors import InputError
 
 app = typer.Typer(
@@ -57,6 +62,10 @@ app.command("line")(line.line)
 app.command("map")(map_command)
 app.command("localise")(localise)
 app.command("bench")(bench.bench)
+app.command("drive", cls=RosCommand)(drive.drive)
+app.command("preflight", cls=RosCommand)(preflight.preflight)
+app.command("latency")(latency.latency)
+app.command("sim", cls=RosCommand)(sim.sim)
 
 
 def _print_version(wanted: bool) -> None:

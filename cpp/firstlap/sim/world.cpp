@@ -1,0 +1,168 @@
+#include "firstlap/sim/world.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <stdexcept>
+
+#include "firstlap/sim/car_body.hpp"
+#include "firstlap/sim/contact.hpp"
+
+namespace firstlap::sim {
+namespace {
+
+Pose2 between(const Pose2& a, const Pose2& b, double t) {
+  const double turn = std::remainder(b.yaw - a.yaw, 2.0 * std::numbers::pi);
+  return {a.x + t * (b.x - a.x), a.y + t * (b.y - a.y), a.yaw + t * turn};
+}
+
+Pose2 laser_pose(const Car& car, const Pose2& base_link) {
+  const double x = car.geometry.laser_x;
+  return {base_link.x + x * std::cos(base_link.yaw), base_link.y + x * std::sin(base_link.yaw), base_link.yaw};
+}
+
+}  // namespace
+
+World::Agent::Agent(const Track& track, const Car& car, std::uint64_t seed)
+    : vehicle(car.geometry, car.vehicle),
+      lidar(car.lidar, track.walls),
+      sensors(car.sensors, seed),
+      noise(seed, 1),
+      progress(track.centerline),
+      ranges(static_cast<std::size_t>(car.lidar.beams)) {}
+
+World::World(const Track& track, const Car& car, const WorldOptions& options, std::uint64_t seed)
+    : track_(&track), car_(car), options_(options), period_(1.0 / car.lidar.rate) {
+  validate(options, "world");
+  car_.vehicle.friction *= options.mu_scale;
+  steps_per_scan_ = static_cast<int>(std::ceil(period_ / car.vehicle.step_dt - 1e-9));
+  step_ = period_ / steps_per_scan_;
+  for (int i = 0; i < options.cars; ++i) {
+    auto agent = std::make_unique<Agent>(track, car_, seed + static_cast<std::uint64_t>(i));
+    agent->start = agent->progress.pose_at(-options.gap * i);
+    const bool taken = touch(car_.geometry, agent->start, track.walls).has_value() ||
+                       std::any_of(agents_.begin(), agents_.end(), [&](const auto& other) {
+                         return bodies_touch(car_.geometry, agent->start, other->start);
+                       });
+    if (taken) throw std::invalid_argument("world: car " + std::to_string(i + 1) + " starts on a wall or a car");
+    agents_.push_back(std::move(agent));
+    reset(agents_.size() - 1);
+  }
+}
+
+void World::reset(std::size_t i) { place(i, agents_[i]->start); }
+
+void World::place(std::size_t i, const Pose2& base_link) {
+  Agent& agent = *agents_[i];
+  agent.vehicle.reset(base_link);
+  agent.progress.reset({base_link.x, base_link.y});
+  agent.meter = {};
+  agent.laps.clear();
+  agent.contacts = 0;
+  agent.crashed = agent.commanded = agent.started = false;
+  agent.silent = agent.steering = 0.0;
+  agent.clearance = std::numeric_limits<double>::infinity();
+  agent.sensors.record(time(), agent.vehicle.state());
+}
+
+void World::kick(std::size_t i, double lateral_speed, double yaw_rate) noexcept {
+  agents_[i]->vehicle.kick(lateral_speed, yaw_rate);
+}
+
+void World::command(std::size_t i, const DriveCommand& command, double after) noexcept {
+  Agent& agent = *agents_[i];
+  if (agent.crashed || !std::isfinite(command.speed) || !std::isfinite(command.steering_angle)) return;
+  agent.vehicle.command(command, std::clamp(after, 0.0, period_));
+  agent.steering = command.steering_angle;
+  agent.silent = 0.0;
+  agent.commanded = true;
+  agent.started = agent.started || command.speed != 0.0;
+}
+
+void World::advance() {
+  for (const auto& agent : agents_) {
+    agent->next_beam = 0;
+    agent->silent += period_;
+    if (agent->commanded && options_.command_timeout > 0.0 && agent->silent > options_.command_timeout) {
+      agent->vehicle.command({0.0, agent->steering});
+      agent->commanded = false;
+    }
+  }
+  for (int i = 1; i <= steps_per_scan_; ++i) {
+    for (const auto& agent : agents_) move(*agent, i);
+    for (std::size_t index = 0; index < agents_.size(); ++index) {
+      sweep(index, i);
+      check_contact(index);
+    }
+  }
+  ++scans_;
+  for (const auto& agent : agents_) {
+    agent->lidar.add_noise(agent->ranges, agent->noise);
+    agent->measured = agent->sensors.measure(time());
+  }
+}
+
+void World::move(Agent& agent, int i) {
+  agent.before = agent.vehicle.pose();
+  if (!agent.crashed) agent.vehicle.step(step_);
+  const Pose2 after = agent.vehicle.pose();
+  agent.sensors.record(time() + i * step_, agent.vehicle.state());
+  check_laps(agent, std::hypot(after.x - agent.before.x, after.y - agent.before.y));
+}
+
+// As in a race: the beams that fall into the i-th step, from the pose in the middle of their time.
+void World::sweep(std::size_t index, int i) {
+  Agent& agent = *agents_[index];
+  const double duration = std::min(car_.lidar.sweep_time, period_), begin = period_ - duration;
+  const int beams = car_.lidar.beams;
+  const double share = duration > 0.0 ? (i * step_ - begin) / duration : -1.0;
+  const int due = static_cast<int>(std::floor(share * (beams - 1))) + 1;
+  const int last = i == steps_per_scan_ ? beams : std::clamp(due, 0, beams);
+  if (last <= agent.next_beam) return;
+  const double middle = begin + duration * 0.5 * (agent.next_beam + last - 1) / (beams - 1);
+  const double t = duration > 0.0 ? std::clamp(middle / step_ - (i - 1), 0.0, 1.0) : 1.0;
+  const Pose2 laser = laser_pose(car_, between(agent.before, agent.vehicle.pose(), t));
+  agent.lidar.scan_sector(laser, agent.next_beam, last, agent.ranges);
+  for (std::size_t other = 0; other < agents_.size(); ++other) {
+    if (other == index) continue;
+    const auto edges = body_edges(car_.geometry, between(agents_[other]->before, agents_[other]->vehicle.pose(), t));
+    draw_body(car_.lidar, laser, edges, agent.next_beam, last, agent.ranges);
+  }
+  agent.next_beam = last;
+}
+
+void World::check_laps(Agent& agent, double distance) {
+  const double before = agent.progress.travelled();
+  const Pose2 pose = agent.vehicle.pose();
+  agent.progress.update({pose.x, pose.y});
+  const double after = agent.progress.travelled(), offset = agent.progress.lateral_offset();
+  const double speed = agent.vehicle.state().speed;
+  const double line = agent.progress.length() * static_cast<double>(agent.laps.size() + 1);
+  const double share = after >= line ? (line - before) / (after - before) : 1.0;
+  if (!agent.started) return;  // a lap begins with the first command to move
+  agent.meter.add(share * step_, share * distance, speed, offset);
+  if (after < line) return;
+  agent.laps.push_back(agent.meter.finish(agent.laps.empty()));
+  agent.meter.add((1.0 - share) * step_, (1.0 - share) * distance, speed, offset);
+}
+
+void World::check_contact(std::size_t index) {
+  Agent& agent = *agents_[index];
+  if (agent.crashed) return;
+  const Pose2 pose = agent.vehicle.pose();
+  const double room = sim::clearance(car_.geometry, pose, track_->walls);
+  agent.clearance = std::min(agent.clearance, room);
+  agent.meter.add_clearance(room);
+  bool hit = room <= 0.0;
+  for (std::size_t other = 0; other < agents_.size(); ++other) {
+    hit = hit || (other != index && bodies_touch(car_.geometry, pose, agents_[other]->vehicle.pose()));
+  }
+  if (!hit) return;
+  ++agent.contacts;
+  if (!options_.contacts) return;
+  agent.vehicle.reset(pose);
+  agent.crashed = true;
+}
+
+}  // namespace firstlap::sim

@@ -1,0 +1,143 @@
+#include "firstlap/sim/world.hpp"
+
+#include <cmath>
+#include <gtest/gtest.h>
+
+#include "firstlap/sim/car_body.hpp"
+#include "support.hpp"
+
+namespace firstlap::sim {
+namespace {
+
+using testing::annulus;
+using testing::CenterDriver;
+using testing::quiet;
+using testing::wavy_track;
+
+StepResult drive(World& world, Driver& driver) {
+  const StepResult result = driver.step(world.scan(0), world.measured(0), world.period());
+  world.command(0, result.command, 0.0);
+  return result;
+}
+
+// The race is the reference: the same car, seed and driver give the same motion, bit for bit.
+TEST(World, OneCarMovesAsInARace) {
+  const Track track = wavy_track(400, 1.2, 0.1);
+  CenterDriver raced(3.0), commanded(3.0);
+  Race race(track, default_car(), raced, {.laps = 2, .seed = 5});
+  World world(track, default_car(), {}, 5);
+  while (race.result().laps.empty() && race.advance()) {
+    world.advance();
+    drive(world, commanded);
+    ASSERT_EQ(race.pose().x, world.pose(0).x);
+    ASSERT_EQ(race.pose().yaw, world.pose(0).yaw);
+    ASSERT_TRUE(std::equal(race.scan().ranges.begin(), race.scan().ranges.end(), world.scan(0).ranges.begin()));
+  }
+  ASSERT_EQ(world.laps(0).size(), 1U);
+  // The race's clock runs from the lights, the world's from the first command.
+  EXPECT_NEAR(race.result().laps[0].time - world.laps(0)[0].time, world.period(), 1e-9);
+  EXPECT_EQ(world.contacts(0), 0);
+}
+
+// A box of walls is the reference for a car's body.
+TEST(World, ABodyIsSeenAsABoxOfWallsWouldBe) {
+  const CarGeometry geometry;
+  const Pose2 laser{0.3, -0.2, 0.4};
+  LidarParams params;
+  for (const Pose2 body :
+       {Pose2{2.0, 0.5, 0.3}, Pose2{-1.5, 0.2, 2.0}, Pose2{0.9, -0.9, -0.1}, Pose2{0.4, 3.0, 1.0}}) {
+    const auto edges = body_edges(geometry, body);
+    const Walls none, box(std::vector<WallSegment>(edges.begin(), edges.end()));
+    std::vector<float> expected(static_cast<std::size_t>(params.beams)), drawn = expected;
+    Lidar(params, box).scan(laser, expected);
+    Lidar(params, none).scan(laser, drawn);
+    draw_body(params, laser, edges, 0, params.beams, drawn);
+    int differing = 0, seen = 0;
+    for (std::size_t i = 0; i < drawn.size(); ++i) {
+      seen += std::isfinite(expected[i]);
+      differing += std::isfinite(expected[i]) != std::isfinite(drawn[i]);
+      if (!std::isfinite(expected[i]) || !std::isfinite(drawn[i])) continue;
+      ASSERT_NEAR(expected[i], drawn[i], 1e-4);
+    }
+    EXPECT_GT(seen, 10);
+    EXPECT_LE(differing, 2) << "only at the ends of the body";
+  }
+}
+
+TEST(World, CarsSeeAndTouchEachOther) {
+  const Track track = annulus(10.0, 1.5);
+  World world(track, quiet(default_car()), {.cars = 2, .gap = 3.0}, 1);
+  world.advance();
+  const auto ranges = world.scan(1).ranges;
+  const auto nearest = *std::min_element(ranges.begin() + 500, ranges.begin() + 620);
+  EXPECT_NEAR(nearest, 2.6, 0.1);
+  while (world.contacts(1) == 0 && world.time() < 20.0) {
+    world.command(1, {3.0, std::atan(0.33 / 10.0)}, 0.0);
+    world.advance();
+  }
+  EXPECT_EQ(world.contacts(1), 1);
+  EXPECT_TRUE(world.standing(1));
+  EXPECT_LT(world.time(), 5.0);
+}
+
+TEST(World, ACarWithoutCommandsIsStoppedAfterTheTimeout) {
+  const Track track = annulus(10.0, 1.5);
+  World world(track, quiet(default_car()), {.command_timeout = 0.2}, 1);
+  for (int i = 0; i < 40; ++i) {
+    world.command(0, {2.0, std::atan(0.33 / 10.0)}, 0.0);
+    world.advance();
+  }
+  const double speed = world.state(0).speed;
+  EXPECT_NEAR(speed, 2.0, 0.1);
+  for (int i = 0; i < 7; ++i) world.advance();
+  EXPECT_NEAR(world.state(0).speed, speed, 0.1);
+  for (int i = 0; i < 60; ++i) world.advance();
+  EXPECT_NEAR(world.state(0).speed, 0.0, 0.01);
+}
+
+TEST(World, AResetPutsTheCarBackAndAContactEndsWithIt) {
+  const Track track = annulus(10.0, 1.5);
+  World world(track, quiet(default_car()), {}, 1);
+  const Pose2 start = world.pose(0);
+  for (int i = 0; i < 400 && world.contacts(0) == 0; ++i) {
+    world.command(0, {3.0, 0.0}, 0.0);
+    world.advance();
+  }
+  ASSERT_EQ(world.contacts(0), 1);
+  const Pose2 there = world.pose(0);
+  world.command(0, {3.0, 0.0}, 0.0);
+  world.advance();
+  EXPECT_EQ(world.pose(0).x, there.x);
+  world.reset(0);
+  EXPECT_EQ(world.pose(0).x, start.x);
+  EXPECT_EQ(world.contacts(0), 0);
+  world.command(0, {1.0, std::atan(0.33 / 10.0)}, 0.0);
+  for (int i = 0; i < 8; ++i) world.advance();
+  EXPECT_GT(world.state(0).speed, 0.2);
+}
+
+TEST(World, AKickPushesTheCarAside) {
+  const Track track = annulus(10.0, 1.5);
+  World world(track, quiet(default_car()), {}, 1);
+  for (int i = 0; i < 40; ++i) {
+    world.command(0, {3.0, std::atan(0.33 / 10.0)}, 0.0);
+    world.advance();
+  }
+  const double before = world.lateral_offset(0), rate = world.state(0).yaw_rate;
+  world.kick(0, 0.5, 2.0);
+  EXPECT_NEAR(world.state(0).yaw_rate, rate + 2.0, 1e-9);
+  for (int i = 0; i < 8; ++i) {
+    world.command(0, {3.0, std::atan(0.33 / 10.0)}, 0.0);
+    world.advance();
+  }
+  EXPECT_GT(std::abs(world.lateral_offset(0) - before), 0.02);
+}
+
+TEST(World, CarsThatDoNotFitAreRefused) {
+  const Track track = annulus(3.0, 0.6);
+  const double seventh = 2.0 * 3.14159265 * 3.0 / 7.0;  // the eighth car stands where the first one does
+  EXPECT_THROW(World(track, default_car(), {.cars = 8, .gap = seventh}, 1), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace firstlap::sim

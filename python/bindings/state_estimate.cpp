@@ -1,0 +1,47 @@
+// The estimate of the car's state, for cars with poor odometry.
+#include "firstlap/state_estimate.hpp"
+
+#include "rooms.hpp"
+#include "tables.hpp"
+
+namespace firstlap {
+
+template <class AnyParams, class Visitor>
+  requires std::is_same_v<std::remove_cvref_t<AnyParams>, StateEstimateParams>
+void for_each_section(AnyParams& params, Visitor&& visit) {
+  visit("state_estimate", params);
+}
+
+inline void validate(const StateEstimateParams& params) { validate(params, "state_estimate"); }
+
+}  // namespace firstlap
+
+namespace firstlap::bindings {
+
+void bind_state_estimate(nb::module_& m) {
+  bind_sections<StateEstimateParams>(m, "StateEstimateParams", "Every parameter of the state estimate.");
+  nb::class_<StateEstimate>(m, "StateEstimate", "Wheel speed, yaw rate and wheel angle fused.")
+      .def(
+          "__init__", [](StateEstimate* self, const StateEstimateParams& params) { new (self) StateEstimate(params); },
+          nb::arg("params"), "Raises ValueError with field, value and range.")
+      .def(
+          "predict",
+          [](StateEstimate& estimate, double steering_angle, double dt) {
+            estimate.predict({0.0, steering_angle}, dt);
+          },
+          nb::arg("steering_angle"), nb::arg("dt"), "Moves on by dt [s] under a commanded wheel angle [rad].")
+      .def("measure_speed", &StateEstimate::measure_speed, nb::arg("speed"), "[m/s] of the wheels.")
+      .def("measure_yaw_rate", &StateEstimate::measure_yaw_rate, nb::arg("yaw_rate"), "[rad/s] of the gyro.")
+      .def("measure_steering", &StateEstimate::measure_steering, nb::arg("steering_angle"), "[rad]")
+      .def(
+          "state",
+          [](const StateEstimate& estimate) {
+            const VehicleState state = estimate.state();
+            return nb::make_tuple(state.speed, state.yaw_rate, state.steering_angle);
+          },
+          "Speed [m/s], yaw rate [rad/s], wheel angle [rad].")
+      .def_prop_ro("yaw_rate_bias", &StateEstimate::yaw_rate_bias, "[rad/s] of the gyro.")
+      .def("reset", &StateEstimate::reset, "Forgets everything.");
+}
+
+}  // namespace firstlap::bindings

@@ -1,0 +1,143 @@
+// Cars that are commanded from outside: what the simulator node steps.
+#include "firstlap/sim/world.hpp"
+
+#include <cstdint>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/string.h>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "arrays.hpp"
+#include "car_sections.hpp"
+#include "rooms.hpp"
+#include "tables.hpp"
+
+namespace firstlap::sim {
+
+template <class AnyOptions, class Visitor>
+  requires std::is_same_v<std::remove_cvref_t<AnyOptions>, WorldOptions>
+void for_each_section(AnyOptions& options, Visitor&& visit) {
+  visit("world", options);
+}
+
+inline void validate(const WorldOptions& options) { firstlap::validate(options, "world"); }
+
+}  // namespace firstlap::sim
+
+namespace firstlap::bindings {
+namespace {
+
+using sim::World;
+using sim::WorldOptions;
+
+std::size_t checked(const World& world, std::size_t car) {
+  if (car >= world.size()) throw nb::index_error("no such car");
+  return car;
+}
+
+nb::dict as_dict(const sim::Lap& lap) {
+  nb::dict entry;
+  entry["time"] = lap.time;
+  entry["distance"] = lap.distance;
+  entry["mean_speed"] = lap.mean_speed;
+  entry["max_speed"] = lap.max_speed;
+  entry["min_clearance"] = lap.min_clearance;
+  entry["rms_offset"] = lap.rms_offset;
+  entry["standing"] = lap.standing;
+  return entry;
+}
+
+nb::dict truth(const World& world, std::size_t car) {
+  checked(world, car);
+  const Pose2 pose = world.pose(car);
+  const VehicleState state = world.state(car);
+  nb::dict entry;
+  entry["x"] = pose.x;
+  entry["y"] = pose.y;
+  entry["yaw"] = pose.yaw;
+  entry["speed"] = state.speed;
+  entry["lateral_speed"] = world.lateral_speed(car);
+  entry["yaw_rate"] = state.yaw_rate;
+  entry["steering_angle"] = state.steering_angle;
+  entry["forward_acceleration"] = world.forward_acceleration(car);
+  entry["lateral_acceleration"] = world.lateral_acceleration(car);
+  entry["s"] = world.s(car);
+  entry["lateral_offset"] = world.lateral_offset(car);
+  return entry;
+}
+
+nb::tuple measured(const World& world, std::size_t car) {
+  const VehicleState state = world.measured(checked(world, car));
+  return nb::make_tuple(state.speed, state.yaw_rate, state.steering_angle);
+}
+
+nb::tuple header(const World& world) {
+  const LaserScan scan = world.scan(0);
+  return nb::make_tuple(scan.angle_min, scan.angle_increment, scan.time_increment, scan.range_min, scan.range_max);
+}
+
+Numpy<float, 1> ranges(const World& world, std::size_t car) {
+  const auto seen = world.scan(checked(world, car)).ranges;
+  return to_numpy(std::vector<float>(seen.begin(), seen.end()));
+}
+
+nb::list laps(const World& world, std::size_t car) {
+  nb::list result;
+  for (const auto& lap : world.laps(checked(world, car))) result.append(as_dict(lap));
+  return result;
+}
+
+}  // namespace
+
+void bind_world(nb::module_& m) {
+  bind_sections<WorldOptions>(m, "WorldOptions", "How many cars, and how they are treated.");
+  nb::class_<World>(m, "World",
+                    "Cars of one kind on one track, commanded from outside; see cpp/firstlap/sim/world.hpp.")
+      .def(nb::init<const sim::Track&, const sim::Car&, const WorldOptions&, std::uint64_t>(), nb::arg("track"),
+           nb::arg("car"), nb::arg("options"), nb::arg("seed"), nb::keep_alive<1, 2>(),
+           "Raises ValueError where the cars cannot start.")
+      .def("advance", &World::advance, nb::call_guard<nb::gil_scoped_release>(), "One scan period of all cars.")
+      .def(
+          "command",
+          [](World& world, std::size_t car, double speed, double steering_angle, double after) {
+            world.command(checked(world, car), {speed, steering_angle}, after);
+          },
+          nb::arg("car"), nb::arg("speed"), nb::arg("steering_angle"), nb::arg("after") = 0.0,
+          "Speed [m/s] and wheel angle [rad], `after` seconds from now.")
+      .def(
+          "reset", [](World& world, std::size_t car) { world.reset(checked(world, car)); }, nb::arg("car"),
+          "Back to its start, at rest; its laps begin anew.")
+      .def(
+          "place",
+          [](World& world, std::size_t car, double x, double y, double yaw) {
+            world.place(checked(world, car), {x, y, yaw});
+          },
+          nb::arg("car"), nb::arg("x"), nb::arg("y"), nb::arg("yaw"), "To a pose [m, rad] of base_link, at rest.")
+      .def(
+          "kick",
+          [](World& world, std::size_t car, double lateral_speed, double yaw_rate) {
+            world.kick(checked(world, car), lateral_speed, yaw_rate);
+          },
+          nb::arg("car"), nb::arg("lateral_speed"), nb::arg("yaw_rate"), "A shove [m/s], [rad/s].")
+      .def("truth", &truth, nb::arg("car"), "Pose in the map frame and true motion, SI.")
+      .def("measured", &measured, nb::arg("car"),
+           "Speed, yaw rate and wheel angle at the last scan, as the car has it.")
+      .def("ranges", &ranges, nb::arg("car"), "The last scan [m] (beams,).")
+      .def("laps", &laps, nb::arg("car"), "Complete laps since the reset, as of a race.")
+      .def(
+          "laps_done", [](const World& world, std::size_t car) { return world.laps(checked(world, car)).size(); },
+          nb::arg("car"), "Complete laps since the reset.")
+      .def(
+          "contacts", [](const World& world, std::size_t car) { return world.contacts(checked(world, car)); },
+          nb::arg("car"), "Contacts since the reset.")
+      .def(
+          "clearance", [](const World& world, std::size_t car) { return world.clearance(checked(world, car)); },
+          nb::arg("car"), "Smallest distance to a wall [m] since the reset.")
+      .def_prop_ro("header", &header, "angle_min, angle_increment, time_increment, range_min, range_max of a scan.")
+      .def_prop_ro("time", &World::time, "[s]")
+      .def_prop_ro("period", &World::period, "[s] between scans.")
+      .def("__len__", &World::size);
+}
+
+}  // namespace firstlap::bindings

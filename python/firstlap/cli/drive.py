@@ -1,0 +1,39 @@
+"""firstlap drive"""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from firstlap.cli.common import DriverOption, SetOption, SetupOption, chosen_setup
+from firstlap.cli.ros_arguments import ros_arguments
+
+
+def drive(
+    context: typer.Context,
+    driver: DriverOption = None,
+    setup: SetupOption = None,
+    changes: SetOption = None,
+    namespace: Annotated[str, typer.Option("--namespace", metavar="NAME", help="Of one car among several.")] = "",
+    start: Annotated[
+        bool,
+        typer.Option("--start/--no-start", help="Drive as soon as all is there, or when activated."),
+    ] = True,
+    sim_time: Annotated[bool, typer.Option("--sim-time", help="Follow /clock.")] = False,
+) -> int:
+    """Drive a real or simulated car over ROS 2, as a lifecycle node. What follows --ros-args goes to ROS."""
+    from firstlap.ros import require_ros
+
+    arguments = ros_arguments(context, namespace, sim_time)
+    require_ros()
+    given = chosen_setup(setup, changes, driver)
+
+    from firstlap.ros.drive_node import DriveNode
+    from firstlap.ros.driving import Driving
+    from firstlap.ros.process import ros, run_drive
+
+    with ros(arguments) as ending:
+        node = DriveNode(Driving(given))
+        run_drive(node, ending, start)
+    return ending.exit_code

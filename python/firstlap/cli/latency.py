@@ -1,0 +1,63 @@
+"""firstlap latency"""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from firstlap.cli.common import (
+    DriverOption,
+    JsonOption,
+    SetOption,
+    SetupOption,
+    chosen_setup,
+    console,
+    print_json,
+    progress_bar,
+)
+
+WIDTH = 40
+
+
+def latency(
+    track: Annotated[str, typer.Argument(metavar="TRACK", help="Whose scans are played.")] = "arena",
+    driver: DriverOption = None,
+    setup: SetupOption = None,
+    changes: SetOption = None,
+    seconds: Annotated[float, typer.Option("--seconds", min=1.0, max=3600.0, help="How long to measure.")] = 20.0,
+    rate: Annotated[float, typer.Option("--rate", min=1.0, max=200.0, help="Scans per second.")] = 40.0,
+    as_json: JsonOption = False,
+) -> int:
+    """Measure from scan to drive through DDS, with a driving node in a process of its own."""
+    from firstlap.ros import require_ros
+
+    require_ros()
+    from firstlap.ros.latency import measure
+
+    chosen = chosen_setup(setup, changes, driver)
+    with progress_bar() as bar:
+        task = bar.add_task("measuring", total=1.0)
+        found = measure(chosen, track, seconds, rate, lambda share: bar.update(task, completed=share))
+    summary = found.summary()
+    if as_json:
+        print_json(summary)
+        return 0
+    out = console()
+    times, node = summary["scan_to_drive_ms"], summary["node_us"]
+    answered = f"{summary['answered']} of {summary['scans']} scans answered, {summary['stops']} stops"
+    out.print(f"{chosen.title}, {rate:g} Hz, {answered}")
+    out.print("scan to drive: " + ", ".join(f"{name} {value:.2f}" for name, value in times.items()) + " ms")
+    out.print("in the node: " + ", ".join(f"{name} {value}" for name, value in node.items()), markup=False)
+    if summary["memory_mb"]:
+        out.print("its memory: {first:.1f} MB at first, {last:.1f} MB at last".format(**summary["memory_mb"]))
+    load = summary["load"]
+    out.print(f"load {load['before']:.1f} before, {load['after']:.1f} after, {load['cores']} cores")
+    most = max(count for _, count in summary["histogram"]) or 1
+    low = 0.0
+    for edge, count in summary["histogram"]:
+        if count:
+            to = "more" if edge is None else f"{edge:g}"
+            out.print(f"{low:6g} to {to:>4} ms {'█' * max(round(WIDTH * count / most), 1)} {count}")
+        low = edge
+    return 0

@@ -1,0 +1,29 @@
+"""What the commands that run nodes share: arguments for ROS."""
+
+from __future__ import annotations
+
+import typer
+from typer.core import TyperCommand
+
+MARK = "--ros-args"
+
+
+class RosCommand(TyperCommand):
+    """A command that hands everything from --ros-args on to ROS."""
+
+    def parse_args(self, ctx: typer.Context, args: list[str]) -> list[str]:  # type: ignore[override]
+        """Takes what is for ROS away before the rest is looked at."""
+        at = args.index(MARK) if MARK in args else len(args)
+        ctx.meta[MARK] = args[at:]
+        return super().parse_args(ctx, args[:at])
+
+
+def ros_arguments(context: typer.Context, namespace: str = "", sim_time: bool = False) -> list[str]:
+    """For rclpy.init."""
+    arguments = list(context.meta.get(MARK) or [MARK])
+    if namespace:
+        space = namespace.strip("/")
+        arguments += ["-r", f"__ns:=/{space}", "-p", f"base_frame:={space}/base_link"]
+    if sim_time:
+        arguments += ["-p", "use_sim_time:=true"]
+    return arguments

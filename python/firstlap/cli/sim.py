@@ -1,0 +1,57 @@
+"""firstlap sim"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import typer
+
+from firstlap.cli.common import JsonOption, note, print_json
+from firstlap.cli.ros_arguments import ros_arguments
+
+
+def sim(
+    context: typer.Context,
+    track: Annotated[
+        str,
+        typer.Argument(metavar="TRACK", help="One of ours by name, a track file, random:SEED, or a ROS map YAML."),
+    ] = "arena",
+    car: Annotated[str, typer.Option("--car", metavar="CAR", help="default, nuc2, gym or a YAML file.")] = "",
+    cars: Annotated[int, typer.Option("--cars", min=1, max=16, help="Cars on the track, each in its namespace.")] = 1,
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Of all noise.")] = 1,
+    reverse: Annotated[bool, typer.Option("--reverse", help="The other way round.")] = False,
+    factor: Annotated[float, typer.Option("--factor", help="Times real time; publishes /clock.")] = 1.0,
+    clock: Annotated[bool, typer.Option("--clock", help="Publish /clock and stamp with the simulated time.")] = False,
+    gym: Annotated[bool, typer.Option("--gym-names", help="Topics and frames of f1tenth_gym_ros.")] = False,
+    laps: Annotated[int | None, typer.Option("--laps", min=1, help="End when every car has driven so many.")] = None,
+    as_json: JsonOption = False,
+) -> int:
+    """Simulate cars over ROS 2 in real time: scan, odometry, TF out, drive in. What follows --ros-args is for ROS."""
+    from firstlap.ros import require_ros
+
+    arguments = ros_arguments(context)
+    require_ros()
+
+    from firstlap.ros.process import ros, run_sim
+    from firstlap.ros.sim_node import SimNode
+
+    given: dict[str, Any] = {
+        "track": track,
+        "car": car,
+        "seed": seed,
+        "reverse": reverse,
+        "factor": factor,
+        "publish_clock": clock or factor != 1.0,
+        "gym_names": gym,
+        "world.cars": cars,
+    }
+    if gym:
+        given["world.command_timeout"] = 0.0
+    with ros(arguments) as ending:
+        node = SimNode(given, said=note)
+        run_sim(node, ending, lambda: laps is not None and all(node.world.laps_done(i) >= laps for i in range(cars)))
+        summary = node.summary()
+    if as_json:
+        print_json(summary)
+    done = laps is None or all(len(car["laps"]) >= laps for car in summary["cars"])
+    return ending.exit_code or (0 if done and not any(car["contacts"] for car in summary["cars"]) else 1)

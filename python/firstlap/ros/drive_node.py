@@ -1,0 +1,411 @@
+"""The driving node: scan and odometry in, drive out. A managed (lifecycle) node.
+
+Configured, it listens; active, it drives; a fault stops the car until a person calls ~/resume or activates anew.
+"""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+from ackermann_msgs.msg import AckermannDriveStamped
+from nav_msgs.msg import Odometry
+from rclpy.clock import Clock, ClockType
+from rclpy.duration import Duration
+from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
+from sensor_msgs.msg import Imu, JointState, LaserScan
+from std_msgs.msg import Bool
+from std_srvs.srv import Trigger
+from tf2_msgs.msg import TFMessage
+
+from firstlap.errors import InputError
+from firstlap.ros.conversions import Mount, scan_reason, seconds, set_stamp, to_scan
+from firstlap.ros.diagnostics import Health
+from firstlap.ros.driving import Driving
+from firstlap.ros.frames import Frames, mount_of
+from firstlap.ros.markers import Markers
+from firstlap.ros.names import DRIVE
+from firstlap.ros.node_parameters import declare_entries, declare_fields, result, value_of
+from firstlap.ros.qos import LATCHED, NEWEST
+from firstlap.ros.safety import DEADMAN, DeadMan, Stamps, Watchdog, within
+from firstlap.ros.vehicle_state import ESTIMATE_FIELDS, StateSource
+
+NAME = "firstlap_drive"
+CHECK_PERIOD = 0.02
+"""[s] of the steady clock: how often silence is looked for."""
+LAST_STOPS = 25
+"""Stops sent at this period after the car was put out of action, before the topic is left to others."""
+CLOCK_STALL = 0.25
+"""[s] of the steady clock in which a simulated one must move."""
+FORGET = 0.5
+"""[s] after which a silent source may begin with any stamp."""
+
+OK, REFUSED = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
+
+
+class DriveNode(LifecycleNode):
+    """driving: what drives unless the parameters `driver` or `setup` say otherwise. Raises InputError."""
+
+    def __init__(self, driving: Driving | None = None, **arguments: Any) -> None:
+        super().__init__(NAME, **arguments)
+        try:
+            self._declare(driving)
+        except ValueError as error:
+            raise InputError(str(error)) from None
+        self.health = Health(self)
+        self.frames = Frames()
+        self.state = StateSource(self)
+        self.deadman = DeadMan()
+        self.watchdog = Watchdog({})
+        self.stamps = {name: Stamps(value_of(self, "max_age")) for name in ("scan", "odom", "imu", "steering")}
+        self.mount: Mount | None = None
+        self.mount_frame: str | None = None
+        self.beams: int | None = None
+        self.scan_stamp: float | None = None
+        self.steering = 0.0
+        self.emergency = False
+        self.active = False
+        self.stops_left = 0
+        self._clock_seen, self._clock_moved = -1.0, time.monotonic()
+        self._used_sim_time = bool(value_of(self, "use_sim_time"))
+        self.heard: list[Any] = []
+        self.set_limits()
+        self.add_on_set_parameters_callback(self.on_parameters)
+        self.drive = self.create_publisher(AckermannDriveStamped, value_of(self, "drive_topic"), 1)
+        self.markers = Markers(self)
+
+    def _declare(self, driving: Driving | None) -> None:
+        declare_entries(self, DRIVE)
+        driver, setup = value_of(self, "driver"), value_of(self, "setup")
+        self.driving = Driving.of(driver, setup) if driver or setup or driving is None else driving
+        declare_fields(self, ESTIMATE_FIELDS.fields, lambda field: field.default)
+        declare_fields(self, self.driving.fields, lambda field: self.driving.setup.get(field.key))
+        self.driving.change({field.key: value_of(self, field.key) for field in self.driving.fields})
+
+    # Parameters.
+
+    def set_limits(self) -> None:
+        """Takes the limits over from the parameters."""
+        timeouts = {"scan": value_of(self, "scan_timeout"), "odom": value_of(self, "odom_timeout")}
+        for source in ("imu", "steering"):
+            if value_of(self, f"{source}_topic"):
+                timeouts[source] = timeouts["odom"]
+        if value_of(self, "deadman_topic"):
+            timeouts[DEADMAN] = value_of(self, "deadman_timeout")
+        self.watchdog.timeouts = timeouts
+        self.watchdog.pause_limit = value_of(self, "pause_limit")
+        self.speed_limit = float(value_of(self, "speed_limit"))
+        for stamps in self.stamps.values():
+            stamps.max_age = value_of(self, "max_age")
+
+    def on_parameters(self, parameters: list[Any]) -> Any:
+        """New values of any parameters: all are taken, or none with the reason."""
+        known = {field.key for field in self.driving.fields}
+        if any(parameter.name.startswith("state_estimate.") for parameter in parameters):
+            self._soon(self.state.set_estimate)
+        values = {parameter.name: parameter.value for parameter in parameters if parameter.name in known}
+        try:
+            if values:
+                self.driving.change(values)
+        except InputError as error:
+            return result(str(error))
+        if len(values) < len(parameters):
+            self._soon(self.set_limits)
+        return result()
+
+    def _soon(self, action: Any) -> None:
+        """Once this callback is over: the parameters are set only then."""
+
+        def once() -> None:
+            self.destroy_timer(timer)
+            action()
+
+        timer = self.create_timer(0.0, once, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    # Lifecycle.
+
+    def _topic(self, role: str) -> str:
+        return str(value_of(self, f"{role}_topic"))
+
+    def on_configure(self, state: Any) -> Any:
+        """Listens to everything; says nothing yet."""
+        topic = self._topic
+        hear = self.create_subscription
+        self.heard = [
+            hear(LaserScan, topic("scan"), self.on_scan, NEWEST),
+            hear(Odometry, topic("odom"), self.on_odometry, NEWEST),
+            hear(TFMessage, "/tf_static", self.frames.hear, LATCHED),
+            hear(TFMessage, "/tf", self.frames.hear, 100),
+        ]
+        if topic("imu"):
+            self.heard.append(hear(Imu, topic("imu"), self.on_imu, NEWEST))
+        if topic("steering"):
+            self.heard.append(hear(JointState, topic("steering"), self.on_steering, NEWEST))
+        if topic("emergency_stop"):
+            self.heard.append(hear(Bool, topic("emergency_stop"), self.on_emergency_stop, 1))
+        if topic("deadman"):
+            self.heard.append(hear(Bool, topic("deadman"), self.on_deadman, NEWEST))
+        self.services_heard = [
+            self.create_service(Trigger, "~/resume", self.on_resume),
+            self.create_service(Trigger, "~/stop", self.on_stop),
+        ]
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self.timers_kept = [
+            self.create_timer(CHECK_PERIOD, self.on_check, clock=steady),
+            self.create_timer(1.0, self.health.publish, clock=steady),
+        ]
+        self.beams = None
+        return OK
+
+    def on_activate(self, state: Any) -> Any:
+        """A person's consent to drive. Refused while something is missing."""
+        reason = self.arm()
+        if reason:
+            self.get_logger().error(f"not driving: {reason}")
+            return REFUSED
+        self.driving.reset()
+        self.active = True
+        self.get_logger().info(f"driving: {self.driving.setup.title}")
+        return OK
+
+    def on_deactivate(self, state: Any) -> Any:
+        """Stops the car, and leaves the drive topic to others soon after."""
+        self.active = False
+        self.watchdog.disarm()
+        self.stops_left = LAST_STOPS
+        self.publish_stop()
+        return OK
+
+    def on_cleanup(self, state: Any) -> Any:
+        """Listens no more."""
+        for one in self.heard:
+            self.destroy_subscription(one)
+        for one in self.services_heard:
+            self.destroy_service(one)
+        for one in self.timers_kept:
+            self.destroy_timer(one)
+        self.heard = []
+        return OK
+
+    def on_shutdown(self, state: Any) -> Any:
+        """Stops the car for good."""
+        self.halt()
+        return OK
+
+    def on_error(self, state: Any) -> Any:
+        """Whatever went wrong, the car stops."""
+        self.halt()
+        return OK
+
+    def halt(self) -> None:
+        """Stops the car and waits a moment until the others have it."""
+        was_active, self.active = self.active, False
+        self.watchdog.disarm()
+        if not was_active and not self.stops_left:
+            return
+        for _ in range(3):
+            self.publish_stop()
+        self.drive.wait_for_all_acked(Duration(seconds=0.2))
+
+    # Time.
+
+    def now(self) -> float:
+        """[s] of the clock that stamps are of."""
+        return float(self.get_clock().now().nanoseconds) * 1e-9
+
+    def watch_now(self) -> float:
+        """[s] of the clock that silence is measured with: one that cannot jump, unless the time is simulated."""
+        return self.now() if self._used_sim_time else time.monotonic()
+
+    def _clock_reason(self) -> str:
+        """Why a simulated clock cannot be trusted."""
+        if not self._used_sim_time:
+            return ""
+        now, steady = self.now(), time.monotonic()
+        if now != self._clock_seen:
+            self._clock_seen, self._clock_moved = now, steady
+        stall = steady - self._clock_moved
+        return f"/clock stood still for {stall:.2f} s" if stall > CLOCK_STALL else ""
+
+    # Consent and stops.
+
+    def arm(self) -> str:
+        """Why the car may not drive; empty when it does from now on."""
+        now = self.watch_now()
+        reason = "emergency stop" if self.emergency else self._clock_reason() or self._mount_reason()
+        reason = reason or ("dead-man released" if DEADMAN in self.watchdog.timeouts and not self.deadman.held else "")
+        return reason or self.watchdog.arm(now)
+
+    def ready(self) -> str:
+        """What is still missing before the car could drive; empty when nothing is."""
+        return self._clock_reason() or self.watchdog.missing(self.watch_now()) or self._mount_reason()
+
+    def may_drive(self) -> bool:
+        """Whether nothing speaks against it; looks at all clocks."""
+        stalled = self._clock_reason()
+        if stalled and self.watchdog.armed:
+            self.trip(stalled)
+        armed = self.watchdog.armed
+        reason = self.watchdog.check(self.watch_now(), time.monotonic())
+        if reason and armed:
+            self._say_stop(reason)
+        return not reason
+
+    def trip(self, reason: str) -> None:
+        """Stops until a person lets it go on."""
+        if self.watchdog.armed:
+            self._say_stop(self.watchdog.trip(reason))
+        if self.active:
+            self.publish_stop()
+
+    def _say_stop(self, reason: str) -> None:
+        self.get_logger().error(f"stopped: {reason}; call {self.get_fully_qualified_name()}/resume to go on")
+        self.health.publish()
+
+    def on_resume(self, request: Any, response: Any) -> Any:
+        """~/resume: a person's consent after a stop."""
+        reason = self.arm() if self.active else "the node is not active: activate it"
+        response.success, response.message = not reason, reason or "driving"
+        if not reason:
+            self.driving.reset()
+            self.get_logger().info("driving again")
+        return response
+
+    def on_stop(self, request: Any, response: Any) -> Any:
+        """~/stop: as an emergency stop, for once."""
+        self.trip("~/stop was called")
+        response.success, response.message = True, "stopped"
+        return response
+
+    def on_emergency_stop(self, message: Any) -> None:
+        """True stops; false only takes the ban away."""
+        self.emergency = bool(message.data)
+        if self.emergency:
+            self.trip("emergency stop")
+
+    def on_deadman(self, message: Any) -> None:
+        """Held, let go, or pressed anew."""
+        now = self.watch_now()
+        trusted = self.watchdog.silent(DEADMAN, now) <= self.watchdog.timeouts[DEADMAN]
+        fresh = self.deadman.press(bool(message.data), trusted)
+        self.watchdog.feed(DEADMAN, now)
+        if not message.data:
+            self.trip("dead-man released")
+        elif fresh and self.active and not self.watchdog.armed and _for_want_of_a_hand(self.watchdog.tripped):
+            reason = self.arm()
+            self.get_logger().info(f"dead-man pressed: {reason or 'driving'}")
+
+    def on_check(self) -> None:
+        """Looks for silence, and repeats a stop for as long as it lasts."""
+        if self.active:
+            if not self.may_drive():
+                self.publish_stop()
+        elif self.stops_left > 0:
+            self.stops_left -= 1
+            self.publish_stop()
+
+    # Sources.
+
+    def _take(self, source: str, message: Any, reason: str, late: float = 0.0) -> bool:
+        """Whether a message may be used; the watchdog hears of it. late: [s] its stamp is older than its end."""
+        now = self.watch_now()
+        stamps = self.stamps[source]
+        if self.watchdog.silent(source, now) > FORGET:
+            stamps.forget()
+        reason = reason or stamps.reason(seconds(message.header.stamp), self.now() - late)
+        if reason:
+            self.watchdog.reject(source, reason)
+            return False
+        self.watchdog.feed(source, now)
+        return True
+
+    def on_odometry(self, message: Any) -> None:
+        """Speed and yaw rate."""
+        twist = message.twist.twist
+        if self._take("odom", message, self.state.odometry_reason(twist)):
+            self.health.count("odom")
+            self.state.hear_odometry(seconds(message.header.stamp), twist)
+
+    def on_imu(self, message: Any) -> None:
+        """Yaw rate."""
+        if self._take("imu", message, self.state.imu_reason(message)):
+            self.state.hear_imu(seconds(message.header.stamp), message)
+
+    def on_steering(self, message: Any) -> None:
+        """Wheel angle."""
+        if self._take("steering", message, self.state.steering_reason(message)):
+            self.state.hear_steering(message)
+
+    def _mount_reason(self) -> str:
+        """Why the laser's place is not known."""
+        return "" if self.mount else self.watchdog.rejected.get("scan", "no scan yet")
+
+    def _frame_reason(self, frame: str) -> str:
+        """Finds where the laser of these scans sits. Why it cannot."""
+        if self.mount and frame == self.mount_frame:
+            return ""
+        base = value_of(self, "base_frame")
+        try:
+            if value_of(self, "laser_from_tf"):
+                place = self.frames.find(base, frame)
+                if place is None:
+                    return f"no transform from {base} to {frame or 'its empty frame'}"
+                mount = mount_of(place)
+            elif self.mount_frame is not None and frame != self.mount_frame:
+                return f"frame {frame} where it was {self.mount_frame}"
+            else:
+                laser_x = self.driving.setup.get("car.laser_x") if "car" in self.driving.kind.fields.sections else 0.0
+                mount = Mount(float(laser_x), 0.0, float(value_of(self, "laser_yaw")), False)
+            self.driving.mount(mount)
+        except (ValueError, InputError) as error:
+            return str(error)
+        self.mount, self.mount_frame = mount, frame
+        return ""
+
+    def on_scan(self, message: Any) -> None:
+        """The loop: one scan in, one command out."""
+        began = time.perf_counter()
+        reason = scan_reason(message, self.beams) or self._frame_reason(message.header.frame_id)
+        sweep = abs(message.time_increment) * len(message.ranges)
+        if not self._take("scan", message, reason, sweep):
+            return
+        stamp = seconds(message.header.stamp)
+        dt = 0.0 if self.scan_stamp is None else max(stamp - self.scan_stamp, 0.0)
+        self.beams, self.scan_stamp = len(message.ranges), stamp
+        self.health.scan(stamp, dt, message.scan_time)
+        if not (self.active and self.may_drive() and self.mount):
+            return
+        speed, yaw_rate, steering_angle = self.state.at(self.steering)
+        scan = to_scan(message, self.mount)
+        before = time.perf_counter()
+        command = self.driving.step(scan, speed, yaw_rate, steering_angle, min(dt, 1.0) or 0.025)
+        spent = time.perf_counter() - before
+        limited = within(command.speed, command.steering_angle, self.speed_limit, self.driving.steering_limit)
+        if limited is None:
+            self.trip(f"the driver's command is not finite ({command.status})")
+            return
+        self.publish_drive(*limited, message.header.stamp)
+        self.health.step(spent, time.perf_counter() - began, self.now() - stamp - sweep, command.status)
+        self.markers.publish(self.driving.handle, stamp)
+
+    def publish_drive(self, speed: float, steering_angle: float, stamp: Any = None) -> None:
+        """A command; its stamp is the one of the scan that it answers, or now."""
+        message = AckermannDriveStamped()
+        message.header.frame_id = value_of(self, "base_frame")
+        if stamp is None:
+            set_stamp(message.header.stamp, self.now())
+        else:
+            message.header.stamp = stamp
+        message.drive.speed, message.drive.steering_angle = speed, steering_angle
+        self.steering = steering_angle
+        self.state.hear_command(steering_angle)
+        self.drive.publish(message)
+
+    def publish_stop(self) -> None:
+        """Speed 0 with the wheels as they are: turning them now would leave the path."""
+        self.publish_drive(0.0, self.steering)
+
+
+def _for_want_of_a_hand(reason: str) -> bool:
+    """Whether a stop was only for want of the dead-man's hand."""
+    return reason.startswith(("dead-man", f"no {DEADMAN}"))

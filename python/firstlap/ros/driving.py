@@ -1,0 +1,96 @@
+"""A driver of the registry whose parameters change while it drives, fed with scans in its laser's mount."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from firstlap import _core
+from firstlap.car_file import CAR_FIELDS
+from firstlap.drivers.registry import Handle, Preparation, driver_kind
+from firstlap.errors import InputError
+from firstlap.parameters import Field, Value
+from firstlap.racer import Command, step_core
+from firstlap.ros.conversions import Mount, Scan
+from firstlap.setup_file import Setup, choose_setup
+
+LASER_X = "car.laser_x"
+
+
+class Driving:
+    """setup, driver: as of `firstlap race`. Raises InputError."""
+
+    def __init__(self, setup: Setup) -> None:
+        self.setup = setup
+        self.kind = driver_kind(setup.driver)
+        if self.kind.needs_map:
+            raise InputError(f"driver {self.kind.name} needs a map of the track: it cannot drive a car that knows none")
+        self.laser_x: float | None = None
+        self.handle = self._new()
+
+    @staticmethod
+    def of(driver: str, setup: str) -> Driving:
+        """By names, either may be empty. Raises InputError."""
+        return Driving(choose_setup(driver or None, setup or None))
+
+    @property
+    def fields(self) -> list[Field]:
+        """The field table of the driver."""
+        return self.kind.fields.fields
+
+    @property
+    def steering_limit(self) -> float:
+        """[rad]"""
+        has = "car" in self.kind.fields.sections
+        return float(self.setup.get("car.steering_limit") if has else CAR_FIELDS.find("steering_limit", "car").default)
+
+    def change(self, values: Mapping[str, Value]) -> None:
+        """New parameters while driving. Raises InputError, and then nothing has changed."""
+        setup = self.setup.with_values(values)
+        before, self.setup = self.setup, setup
+        try:
+            self._apply()
+        except (InputError, ValueError) as error:
+            self.setup = before
+            raise InputError(str(error)) from None
+
+    def mount(self, mount: Mount) -> None:
+        """The laser sits there. Raises InputError where the method's range does not have it."""
+        self.laser_x = mount.x
+        if "car" in self.kind.fields.sections:
+            self.kind.fields.check(self.kind.fields.find(LASER_X, "laser"), mount.x, "laser")
+        self._apply()
+
+    def step(self, scan: Scan, speed: float, yaw_rate: float, steering_angle: float, dt: float) -> Command:
+        """One command; see `Racer.step`."""
+        return step_core(
+            self.handle.core,
+            scan.ranges,
+            speed=speed,
+            yaw_rate=yaw_rate,
+            steering_angle=steering_angle,
+            dt=dt,
+            angle_min=scan.angle_min,
+            angle_increment=scan.angle_increment,
+            time_increment=scan.time_increment,
+            range_min=scan.range_min,
+            range_max=scan.range_max,
+        )
+
+    def reset(self) -> None:
+        """Forgets everything that was seen."""
+        self.handle.core.reset()
+
+    def _apply(self) -> None:
+        if isinstance(self.handle.core, _core.Racer):
+            self.handle.core.set_params(self._params())
+        else:
+            self.handle = self._new()
+
+    def _new(self) -> Handle:
+        return self.kind.make(self._params(), None, Preparation())
+
+    def _params(self) -> _core.Params:
+        params = self.setup.params()
+        if self.laser_x is not None and "car" in self.kind.fields.sections:
+            params.set("car", "laser_x", self.laser_x)
+        return params

@@ -1,0 +1,214 @@
+"""From a scan to the command that answers it, through DDS, between two processes: measured as a user has it."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from firstlap.car_file import load_car
+from firstlap.drivers.registry import Preparation, driver_kind
+from firstlap.errors import InputError
+from firstlap.race import start_race
+from firstlap.setup_file import Setup
+from firstlap.tracks.library import load_track
+
+SCANS = 600
+"""Of a real lap, played again and again."""
+WARM_UP = 40
+"""Scans before it counts."""
+STOPPED = 10
+"""Commands to stand in a row after which the node is told to go on."""
+READY = 30.0
+"""[s] until the driving node must have started."""
+BINS = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0, 10.0, 15.0, 20.0, 30.0, 50.0, 100.0)
+"""[ms] upper edges of the histogram."""
+
+
+@dataclass
+class Latency:
+    """scan_to_drive: [ms] one a command. node: what it says of its own work. memory: [MB] of it, once a
+    second. stops: how often it stopped, because the machine starved it or the scans, and was told to go on."""
+
+    scans: int = 0
+    scan_to_drive: list[float] = field(default_factory=list)
+    node: dict[str, str] = field(default_factory=dict)
+    load: tuple[float, float] = (0.0, 0.0)
+    memory: list[float] = field(default_factory=list)
+    stops: int = 0
+
+    def summary(self) -> dict[str, Any]:
+        """For --json."""
+        times = np.array(self.scan_to_drive or [np.nan])
+        p50, p90, p99 = np.percentile(times, (50, 90, 99))
+        return {
+            "scans": self.scans,
+            "answered": len(self.scan_to_drive),
+            "stops": self.stops,
+            "scan_to_drive_ms": {"p50": p50, "p90": p90, "p99": p99, "max": float(times.max())},
+            "node_us": self.node,
+            "load": {"before": self.load[0], "after": self.load[1], "cores": os.cpu_count()},
+            "memory_mb": {"first": self.memory[0], "last": self.memory[-1]} if self.memory else None,
+            "histogram": self.histogram(),
+        }
+
+    def histogram(self) -> list[tuple[float | None, int]]:
+        """(upper edge [ms], commands) of each bin; the last has no edge."""
+        edges = np.array([0.0, *BINS, np.inf])
+        counts, _ = np.histogram(self.scan_to_drive, edges)
+        return [(edge, int(count)) for edge, count in zip((*BINS, None), counts, strict=True)]
+
+
+def lap_of_scans(setup: Setup, track: str) -> tuple[list[npt.NDArray[np.float32]], list[tuple[float, float]], Any]:
+    """Scans, (speed, yaw rate) and the header of a race in the plain simulator."""
+    kind = driver_kind(setup.driver)
+    car = load_car("default")
+    handle = kind.make(setup.params(car.core), car, Preparation())
+    race = start_race(load_track(track), handle, car, laps=1000)
+    scans, states, header = [], [], None
+    for _ in range(SCANS):
+        race.advance(1)
+        header = race.scan()
+        measured = race.measured()
+        scans.append(header["ranges"])
+        states.append((measured["speed"], measured["yaw_rate"]))
+    names = ("angle_min", "angle_increment", "time_increment", "range_min", "range_max")
+    return scans, states, tuple(header[name] for name in names) if header else ()
+
+
+def measure(
+    setup: Setup, track: str, seconds: float, rate: float, look: Callable[[float], object] | None = None
+) -> Latency:
+    """Starts a driving node in a domain of its own and plays scans to it. Raises InputError."""
+    domain = random.SystemRandom().randint(1, 100)
+    own = {"ROS_DOMAIN_ID": str(domain), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+    os.environ.update(own)
+    played = lap_of_scans(setup, track)
+    with TemporaryDirectory() as folder:
+        chosen = Path(folder) / "setup.yaml"
+        chosen.write_text(_as_yaml(setup))
+        command = [
+            *(sys.executable, "-c", "from firstlap_command import main; main()", "drive", "--setup", str(chosen)),
+            *("--ros-args", "--log-level", "error", "-p", "laser_from_tf:=false"),
+        ]
+        node = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        try:
+            return _play(played, node, seconds, rate, look)
+        finally:
+            node.terminate()
+            try:
+                node.wait(5.0)
+            except subprocess.TimeoutExpired:
+                node.kill()
+
+
+def _as_yaml(setup: Setup) -> str:
+    sections: dict[str, Any] = {"driver": setup.driver} if setup.driver != "local" else {}
+    for (section, name), value in setup.given.items():
+        sections.setdefault(section, {})[name] = value
+    return json.dumps(sections or {"stanley": {}})
+
+
+def _memory(process: int) -> list[float]:
+    """Resident memory [MB] where the system tells it."""
+    try:
+        pages = int(Path(f"/proc/{process}/statm").read_text().split()[1])
+    except OSError:
+        return []
+    return [pages * os.sysconf("SC_PAGE_SIZE") / 1e6]
+
+
+def _play(played: Any, node: Any, seconds: float, rate: float, look: Callable[[float], object] | None) -> Latency:
+    import rclpy
+    from ackermann_msgs.msg import AckermannDriveStamped
+    from diagnostic_msgs.msg import DiagnosticArray
+    from nav_msgs.msg import Odometry
+    from rclpy.executors import SingleThreadedExecutor
+    from rclpy.qos import qos_profile_sensor_data
+    from sensor_msgs.msg import LaserScan
+    from std_srvs.srv import Trigger
+
+    from firstlap.ros import sim_messages as make
+
+    scans, states, header = played
+    found = Latency(load=(os.getloadavg()[0], 0.0))
+    sent: dict[int, float] = {}
+    counting, stopped = False, 0
+    context = rclpy.Context()
+    rclpy.init(context=context)
+    probe = rclpy.create_node("firstlap_latency", context=context)
+    executor = SingleThreadedExecutor(context=context)
+    executor.add_node(probe)
+
+    def key(stamp: Any) -> int:
+        return int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)
+
+    def on_drive(message: Any) -> None:
+        nonlocal stopped
+        stopped = stopped + 1 if message.drive.speed == 0.0 else 0
+        if stopped == STOPPED:
+            found.stops += counting
+            resume.call_async(Trigger.Request())
+            stopped = 0
+        began = sent.pop(key(message.header.stamp), None)
+        if began is not None and counting:
+            found.scan_to_drive.append(1e3 * (time.perf_counter() - began))
+
+    def on_diagnostics(message: Any) -> None:
+        told = {value.key: value.value for value in message.status[0].values}
+        found.node = {name: value for name, value in told.items() if "[us]" in name or name == "missed scans"}
+
+    scan_out = probe.create_publisher(LaserScan, "scan", qos_profile_sensor_data)
+    odom_out = probe.create_publisher(Odometry, "odom", qos_profile_sensor_data)
+    probe.create_subscription(AckermannDriveStamped, "drive", on_drive, 10)
+    probe.create_subscription(DiagnosticArray, "/diagnostics", on_diagnostics, 10)
+    resume = probe.create_client(Trigger, "firstlap_drive/resume")
+    total, i, answered_at = int(seconds * rate), 0, None
+    begin = due = time.perf_counter()
+    try:
+        while found.scans < total:
+            wait = due - time.perf_counter()
+            if wait > 0.0:
+                executor.spin_once(timeout_sec=wait)
+                continue
+            if node.poll() is not None or (answered_at is None and due - begin > READY):
+                raise InputError("the driving node did not start: try `firstlap drive` by itself")
+            now = probe.get_clock().now().nanoseconds * 1e-9
+            speed, yaw_rate = states[i % len(states)]
+            odom_out.publish(make.odometry(now, "odom", "base_link", (0.0, 0.0, 0.0), (speed, 0.0, yaw_rate)))
+            message = make.scan(now, "laser", scans[i % len(scans)], header, 1.0 / rate)
+            sent[key(message.header.stamp)] = time.perf_counter()
+            scan_out.publish(message)
+            i += 1
+            due = max(due + 1.0 / rate, time.perf_counter())
+            if answered_at is None and len(sent) < i:
+                answered_at = i
+            counting = answered_at is not None and i > answered_at + WARM_UP
+            if counting:
+                found.scans += 1
+                if found.scans % round(max(rate, 1.0)) == 1:
+                    found.memory += _memory(node.pid)
+                if look:
+                    look(found.scans / total)
+            if len(sent) > SCANS:
+                sent.pop(next(iter(sent)))
+        end = time.perf_counter() + 1.0
+        while sent and time.perf_counter() < end:
+            executor.spin_once(timeout_sec=0.05)
+    finally:
+        executor.remove_node(probe)
+        probe.destroy_node()
+        rclpy.shutdown(context=context)
+    found.load = (found.load[0], os.getloadavg()[0])
+    return found

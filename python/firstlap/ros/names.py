@@ -1,0 +1,74 @@
+"""Parameters of the nodes that are not parameters of a driver: topics, frames, limits, faults.
+
+One row each; a default is written here and nowhere else. Topics are relative, so that a namespace moves them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One ROS parameter. min, max: of a number. fixed: cannot be changed once the node runs."""
+
+    name: str
+    default: str | float | int | bool
+    doc: str
+    min: float | None = None
+    max: float | None = None
+    fixed: bool = False
+
+
+DRIVE = (
+    Entry("driver", "", "local, gap, disparity, ...; empty: whatever the setup is for", fixed=True),
+    Entry("setup", "", "a setup of ours by name, or a YAML file; empty: the driver's own", fixed=True),
+    Entry("scan_topic", "scan", "sensor_msgs/LaserScan", fixed=True),
+    Entry("odom_topic", "odom", "nav_msgs/Odometry; its twist is what counts", fixed=True),
+    Entry("imu_topic", "", "sensor_msgs/Imu, whose yaw rate replaces the odometry's; empty: none", fixed=True),
+    Entry("steering_topic", "", "sensor_msgs/JointState with the measured wheel angle; empty: none", fixed=True),
+    Entry("steering_joint", "steering", "its joint", fixed=True),
+    Entry("drive_topic", "drive", "ackermann_msgs/AckermannDriveStamped", fixed=True),
+    Entry("emergency_stop_topic", "emergency_stop", "std_msgs/Bool; true stops, only ~/resume goes on", fixed=True),
+    Entry("deadman_topic", "", "std_msgs/Bool that must stay true; a new press goes on; empty: none", fixed=True),
+    Entry("base_frame", "base_link", "middle of the rear axle", fixed=True),
+    Entry("laser_from_tf", True, "the laser's place comes from TF; false: from car.laser_x, turned by laser_yaw"),
+    Entry("laser_yaw", 0.0, "[rad] of the laser, where TF does not say it", -3.2, 3.2),
+    Entry("fuse_state", False, "fuse wheel speed, yaw rate and wheel angle, for poor odometry", fixed=True),
+    Entry("speed_limit", 20.0, "[m/s] no command is faster, whatever the setup says", 0.0, 20.0),
+    Entry("scan_timeout", 0.1, "[s] without a good scan: stop", 0.02, 1.0),
+    Entry("odom_timeout", 0.2, "[s] without good odometry, IMU or wheel angle: stop", 0.02, 1.0),
+    Entry("deadman_timeout", 0.2, "[s] without a word on deadman_topic: stop", 0.02, 2.0),
+    Entry("pause_limit", 0.2, "[s] in which the node itself did not run: stop", 0.05, 1.0),
+    Entry("max_age", 0.15, "[s] older scans and odometry are not used (0: any age, where clocks differ)", 0.0, 5.0),
+    Entry("marker_rate", 10.0, "[Hz] of walls, path and lookahead for rviz and Foxglove; 0: none", 0.0, 100.0),
+)
+
+SIM = (
+    Entry("track", "arena", "one of ours, a track file, random:SEED, or a ROS map YAML", fixed=True),
+    Entry("car", "", "default, nuc2, gym or a YAML file; empty: default, with gym_names gym", fixed=True),
+    Entry("reverse", False, "the other way round", fixed=True),
+    Entry("seed", 1, "of all noise", 0, 2**31 - 1, fixed=True),
+    Entry(
+        "factor", 1.0, "times real time; other than 1 needs publish_clock, and use_sim_time elsewhere", 0.2, 20.0, True
+    ),
+    Entry("publish_clock", False, "publish /clock and stamp with the simulated time", fixed=True),
+    Entry("ground_truth", True, "publish ground_truth/odom, in the frame map"),
+    Entry("gym_names", False, "topics and frames of f1tenth_gym_ros", fixed=True),
+    Entry("namespaces", "", "of the cars, with commas; empty: one car without, or car1, car2, ...", fixed=True),
+    Entry("kick_lateral_speed", 0.5, "[m/s] of the service kick", -5.0, 5.0),
+    Entry("kick_yaw_rate", 1.5, "[rad/s] of the service kick", -20.0, 20.0),
+)
+
+FAULTS = (
+    Entry("drop_scans", 0.0, "share of scans that are not published", 0.0, 1.0),
+    Entry("drop_odometry", 0.0, "share of odometry that is not published", 0.0, 1.0),
+    Entry("freeze_odometry", False, "the same odometry again and again"),
+    Entry("delay", 0.0, "[s] that scans come late", 0.0, 1.0),
+    Entry("stamp_offset", 0.0, "[s] added to the stamps of scans and odometry", -100.0, 100.0),
+    Entry("backward_stamps", False, "every stamp is older than the one before"),
+    Entry("nan_scans", False, "all ranges are NaN"),
+    Entry("nan_odometry", False, "speed and yaw rate are NaN"),
+    Entry("scan_beams", 0, "so many beams only; 0: all", 0, 10000),
+    Entry("scan_frame", "", "frame of the scans; empty: the right one"),
+)

@@ -1,0 +1,303 @@
+"""What must be right before the first metre: read from the live topics, each as OK or as what is wrong.
+
+The judgements are plain functions of what was heard; `Listener` hears it.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+SCAN_RATE = 8.0
+"""[Hz] slower LiDARs see too little to race by."""
+ODOM_RATE = 15.0
+VALID = 0.3
+"""Share of beams that must return."""
+LATE = 0.1
+"""[s] stamps may differ from now."""
+STANDS = 0.1
+"""[m/s], [rad/s] of a car that stands."""
+TURNED = 0.25
+"""[rad] that the car must be turned before its signs are compared."""
+CAP = 1.0
+"""[m] a beam counts at most, when two scans are laid over each other."""
+
+
+class Check(NamedTuple):
+    """One line of the report. good: None where it could not be looked at."""
+
+    name: str
+    good: bool | None
+    said: str
+
+
+class Sample(NamedTuple):
+    """What was heard of a topic in a while: arrival and stamp [s] of each message, and the last one."""
+
+    arrivals: list[float]
+    ages: list[float]
+    last: Any
+
+    @property
+    def rate(self) -> float:
+        """[Hz]"""
+        count = len(self.arrivals)
+        return (count - 1) / (self.arrivals[-1] - self.arrivals[0]) if count > 1 else 0.0
+
+
+def check_rate(name: str, topic: str, sample: Sample, least: float, longest_gap: float) -> Check:
+    """Comes at all, often enough, and without holes."""
+    if not sample.arrivals:
+        return Check(name, False, f"nothing on {topic}: is its driver running, and is the topic called so?")
+    gap = float(np.diff(sample.arrivals).max()) if len(sample.arrivals) > 1 else math.inf
+    if sample.rate < least:
+        return Check(name, False, f"{sample.rate:.1f} Hz on {topic}; at least {least:g} Hz are needed")
+    if gap > longest_gap:
+        return Check(name, False, f"a hole of {1e3 * gap:.0f} ms in {topic}; {1e3 * longest_gap:.0f} ms stop the car")
+    return Check(name, True, f"{sample.rate:.1f} Hz on {topic}")
+
+
+def check_stamps(name: str, sample: Sample) -> Check:
+    """The clocks agree."""
+    if not sample.ages:
+        return Check(name, None, "nothing to look at")
+    age = float(np.median(sample.ages))
+    if abs(age) > LATE:
+        return Check(name, False, f"stamps are {age:.2f} s old: set the clocks, or max_age:=0.0 if they cannot be")
+    return Check(name, True, f"{1e3 * age:.0f} ms old")
+
+
+def check_scan(sample: Sample, reason: str) -> Check:
+    """Enough beams return, and none inside the car. reason: of `scan_reason`."""
+    if sample.last is None:
+        return Check("scan's beams", None, "nothing to look at")
+    if reason:
+        return Check("scan's beams", False, reason)
+    ranges = np.asarray(sample.last.ranges)
+    good = np.isfinite(ranges) & (ranges > sample.last.range_min) & (ranges < sample.last.range_max)
+    share = float(good.mean())
+    if share < VALID:
+        return Check("scan's beams", False, f"only {100 * share:.0f} % return; {100 * VALID:.0f} % are needed")
+    return Check("scan's beams", True, f"{len(ranges)} beams, {100 * share:.0f} % return")
+
+
+def check_standing(sample: Sample) -> Check:
+    """The odometry of a car that stands says so."""
+    if sample.last is None:
+        return Check("standing", None, "nothing to look at")
+    twist = sample.last.twist.twist
+    if not (math.isfinite(twist.linear.x) and math.isfinite(twist.angular.z)):
+        return Check("standing", False, "odometry is not finite")
+    if abs(twist.linear.x) > STANDS or abs(twist.angular.z) > STANDS:
+        said = f"odometry says {twist.linear.x:.2f} m/s, {twist.angular.z:.2f} rad/s"
+        return Check("standing", False, f"{said}: does the car stand? calibrate the speed's offset and the gyro")
+    return Check("standing", True, "odometry says so")
+
+
+def check_drive(topic: str, listeners: int, others: list[str]) -> Check:
+    """Somebody listens to commands, and nobody else gives any."""
+    if listeners == 0:
+        return Check("drive", False, f"nobody listens to {topic}: start the mux and the motor's driver")
+    if others:
+        return Check("drive", False, f"{', '.join(others)} also command on {topic}: stop them")
+    return Check("drive", True, f"{listeners} listen to {topic}")
+
+
+def turn_between(before: npt.NDArray[np.float32], after: npt.NDArray[np.float32], step: float, most: float) -> float:
+    """[rad] the laser turned left between two scans from about one place: how far one must be shifted onto the other.
+
+    step: [rad] between beams. most: [rad] looked for, either way.
+    """
+    a, b = (np.where(np.isfinite(one), one, 30.0).astype(np.float64) for one in (before, after))
+    reach = min(int(most / abs(step)), len(a) - 20)
+    errors = {}
+    for k in range(-reach, reach + 1):
+        old, new = (a[k:], b[: len(b) - k]) if k >= 0 else (a[:k], b[-k:])
+        errors[k] = float(np.minimum(np.abs(old - new), CAP).mean())
+    return min(errors, key=lambda k: errors[k]) * step
+
+
+def check_turn(odometry_turn: float, laser_turn: float) -> Check:
+    """Odometry and laser agree that the car was turned left."""
+    if abs(odometry_turn) < TURNED and abs(laser_turn) < TURNED:
+        return Check("turn left", None, "the car was not turned")
+    said = f"odometry {math.degrees(odometry_turn):.0f}°, laser {math.degrees(laser_turn):.0f}°, left positive"
+    if odometry_turn < TURNED:
+        return Check("turn left", False, f"{said}: the odometry's yaw rate has the wrong sign or is missing")
+    if laser_turn < 0.5 * TURNED:
+        return Check("turn left", False, f"{said}: the scan runs the wrong way round; is the laser upside down?")
+    if not 0.6 < laser_turn / odometry_turn < 1.6:
+        return Check("turn left", False, f"{said}: they differ too much; calibrate the yaw rate")
+    return Check("turn left", True, said)
+
+
+def check_forward(speed: float, commanded: float) -> Check:
+    """The odometry's speed of a car that was told to roll forward."""
+    said = f"told {commanded:.1f} m/s, odometry says {speed:.2f} m/s"
+    if speed < -0.2 * commanded:
+        return Check("drive forward", False, f"{said}: motor or speed has the wrong sign")
+    if speed < 0.3 * commanded:
+        return Check("drive forward", False, f"{said}: is the motor enabled, and the emergency stop released?")
+    if speed > 1.7 * commanded:
+        return Check("drive forward", False, f"{said}: calibrate the speed's gain")
+    return Check("drive forward", True, said)
+
+
+class Listener:
+    """A node that hears scan, odometry and TF, and can command."""
+
+    def __init__(self) -> None:
+        from ackermann_msgs.msg import AckermannDriveStamped
+        from nav_msgs.msg import Odometry
+        from rclpy.executors import SingleThreadedExecutor
+        from rclpy.node import Node
+        from rclpy.qos import qos_profile_sensor_data
+        from sensor_msgs.msg import LaserScan
+        from tf2_msgs.msg import TFMessage
+
+        from firstlap.ros.frames import Frames
+        from firstlap.ros.names import DRIVE
+        from firstlap.ros.node_parameters import declare_entries
+        from firstlap.ros.qos import LATCHED
+
+        self.node = Node("firstlap_preflight")
+        declare_entries(self.node, [one for one in DRIVE if one.name in ("scan_topic", "odom_topic", "drive_topic")])
+        declare_entries(self.node, [one for one in DRIVE if one.name in ("base_frame", "laser_from_tf")])
+        self.frames = Frames()
+        self.scan, self.odom = Sample([], [], None), Sample([], [], None)
+        self.yaw = 0.0
+        self._odom_time: float | None = None
+        hear = self.node.create_subscription
+        hear(LaserScan, self.value("scan_topic"), self._on_scan, qos_profile_sensor_data)
+        hear(Odometry, self.value("odom_topic"), self._on_odometry, qos_profile_sensor_data)
+        hear(TFMessage, "/tf_static", self.frames.hear, LATCHED)
+        hear(TFMessage, "/tf", self.frames.hear, 100)
+        self._command = AckermannDriveStamped
+        self.drive: Any = None
+        self.executor = SingleThreadedExecutor()
+        self.executor.add_node(self.node)
+
+    def value(self, name: str) -> Any:
+        """A parameter's value."""
+        return self.node.get_parameter(name).value
+
+    def _age(self, stamp: Any) -> float:
+        from firstlap.ros.conversions import seconds
+
+        return self.node.get_clock().now().nanoseconds * 1e-9 - seconds(stamp)
+
+    def _on_scan(self, message: Any) -> None:
+        sweep = abs(message.time_increment) * len(message.ranges)
+        self.scan.arrivals.append(time.monotonic())
+        self.scan.ages.append(self._age(message.header.stamp) - sweep)
+        self.scan = self.scan._replace(last=message)
+
+    def _on_odometry(self, message: Any) -> None:
+        now = time.monotonic()
+        if self._odom_time is not None:
+            self.yaw += message.twist.twist.angular.z * min(now - self._odom_time, 0.2)
+        self._odom_time = now
+        self.odom.arrivals.append(now)
+        self.odom.ages.append(self._age(message.header.stamp))
+        self.odom = self.odom._replace(last=message)
+
+    def listen(self, seconds: float, over: Callable[[], bool] = lambda: False) -> None:
+        """Hears for a while, or until `over`."""
+        end = time.monotonic() + seconds
+        while time.monotonic() < end and not over():
+            self.executor.spin_once(timeout_sec=0.02)
+
+    def look(self, seconds: float) -> list[Check]:
+        """Everything that can be seen without moving the car."""
+        from firstlap.ros.conversions import scan_reason
+        from firstlap.ros.frames import mount_of
+
+        self.listen(10.0, lambda: bool(self.scan.arrivals and self.odom.arrivals))
+        for sample in (self.scan, self.odom):
+            sample.arrivals.clear()
+            sample.ages.clear()
+        self.listen(seconds)
+        scan_topic, odom_topic, drive_topic = (self.value(f"{name}_topic") for name in ("scan", "odom", "drive"))
+        checks = [
+            check_rate("scan", scan_topic, self.scan, SCAN_RATE, 0.1),
+            check_stamps("scan's clock", self.scan),
+            check_scan(self.scan, scan_reason(self.scan.last, None) if self.scan.last else ""),
+            check_rate("odometry", odom_topic, self.odom, ODOM_RATE, 0.2),
+            check_stamps("odometry's clock", self.odom),
+            check_standing(self.odom),
+        ]
+        if self.scan.last and self.value("laser_from_tf"):
+            base, frame = self.value("base_frame"), self.scan.last.header.frame_id
+            place = self.frames.find(base, frame)
+            try:
+                if place is None:
+                    raise ValueError(f"no transform from {base} to {frame}: publish it, or laser_from_tf:=false")
+                mount = mount_of(place)
+                where = f"{mount.x:.2f} m ahead of {base}, turned by {math.degrees(mount.yaw):.0f}°"
+                checks.append(Check("laser's place", True, where + (", upside down" if mount.upside_down else "")))
+            except ValueError as error:
+                checks.append(Check("laser's place", False, str(error)))
+        resolved = self.node.resolve_topic_name(drive_topic)
+        others = [
+            one.node_name
+            for one in self.node.get_publishers_info_by_topic(resolved)
+            if one.node_name not in ("firstlap_drive", "firstlap_preflight")
+        ]
+        checks.append(check_drive(resolved, self.node.count_subscribers(resolved), others))
+        return checks
+
+    def command(self, speed: float, steering_angle: float, seconds: float, over: Callable[[], bool]) -> None:
+        """Commands at 20 Hz for a while, then stops the car, whatever happens."""
+        self.drive = self.drive or self.node.create_publisher(self._command, self.value("drive_topic"), 1)
+        self.listen(5.0, lambda: self.drive.get_subscription_count() > 0)
+        end = time.monotonic() + seconds
+        try:
+            while time.monotonic() < end and not over():
+                self._send(speed, steering_angle)
+                self.listen(0.05)
+        finally:
+            for _ in range(10):
+                self._send(0.0, steering_angle)
+                self.listen(0.02)
+
+    def _send(self, speed: float, steering_angle: float) -> None:
+        message = self._command()
+        message.header.stamp = self.node.get_clock().now().to_msg()
+        message.drive.speed, message.drive.steering_angle = speed, steering_angle
+        self.drive.publish(message)
+
+    def forward(self, speed: float) -> Check:
+        """Rolls forward for a second."""
+        fastest = [0.0]
+
+        def note_speed() -> bool:
+            now = self.odom.last.twist.twist.linear.x if self.odom.last else 0.0
+            fastest[0] = max(fastest[0], now, key=abs)
+            return False
+
+        self.command(speed, 0.0, 1.0, note_speed)
+        return check_forward(fastest[0], speed)
+
+    def turned(self, move: Callable[[Callable[[], bool]], None]) -> Check:
+        """Compares odometry and laser while the car is turned left, by `move` or by hand."""
+        if self.scan.last is None:
+            return Check("turn left", None, "no scan")
+        before, self.yaw = np.asarray(self.scan.last.ranges, dtype=np.float32), 0.0
+        move(lambda: abs(self.yaw) > 2.0 * TURNED)
+        after = np.asarray(self.scan.last.ranges, dtype=np.float32)
+        hand = -1.0 if self._upside_down() else 1.0
+        return check_turn(self.yaw, hand * turn_between(before, after, self.scan.last.angle_increment, 1.2))
+
+    def _upside_down(self) -> bool:
+        place = self.frames.find(self.value("base_frame"), self.scan.last.header.frame_id)
+        return place is not None and float(place[2, 2]) < 0.0
+
+    def close(self) -> None:
+        """Leaves."""
+        self.executor.remove_node(self.node)
+        self.node.destroy_node()

@@ -1,0 +1,179 @@
+"""What is made of messages, mounts and live topics, without ROS."""
+
+from __future__ import annotations
+
+import math
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import firstlap
+from firstlap.cli import run
+from firstlap.errors import InputError
+from firstlap.ros import require_ros
+from firstlap.ros.conversions import Mount, scan_reason, to_scan
+from firstlap.ros.driving import Driving
+from firstlap.ros.frames import Frames, mount_of
+from firstlap.ros.preflight import Sample, check_drive, check_forward, check_rate, check_scan, check_turn, turn_between
+from firstlap.ros.sim_topics import gym_names, our_names
+from firstlap.simulate import Lidar
+
+
+def scan_message(ranges: Any, **changes: Any) -> Any:
+    """As sensor_msgs/LaserScan has it."""
+    values = np.ascontiguousarray(ranges, dtype=np.float32)
+    step = 1.5 * math.pi / (len(values) - 1) if len(values) > 1 else 0.1
+    message = {
+        "angle_min": -0.75 * math.pi,
+        "angle_max": -0.75 * math.pi + step * (len(values) - 1),
+        "angle_increment": step,
+        "time_increment": 0.0,
+        "range_min": 0.06,
+        "range_max": 30.0,
+        "ranges": values,
+    }
+    return SimpleNamespace(**{**message, **changes})
+
+
+def test_a_scan_that_is_no_measurement_is_named() -> None:
+    good = np.ones(100)
+    assert scan_reason(scan_message(good), None) == ""
+    assert scan_reason(scan_message(np.full(100, np.inf)), 100) == "", "no return is a measurement"
+    assert "NaN" in scan_reason(scan_message(np.full(100, np.nan)), None)
+    assert scan_reason(scan_message(good), 99) == "100 beams where it had 99"
+    assert "angles" in scan_reason(scan_message(good, angle_max=9.0), None)
+    assert "finite" in scan_reason(scan_message(good, angle_min=math.nan), None)
+    off_by_one = scan_message(np.ones(1080), angle_increment=4.7 / 1080, angle_min=-2.35, angle_max=2.35)
+    assert scan_reason(off_by_one, None) == "", "as f1tenth_gym_ros has it"
+
+
+def test_a_laser_upside_down_or_turned_gives_the_same_points() -> None:
+    ranges = np.linspace(1.0, 4.0, 100, dtype=np.float32)
+    plain = to_scan(scan_message(ranges), Mount(0.27, 0.0, 0.0, False))
+    hung = to_scan(scan_message(ranges[::-1]), Mount(0.27, 0.0, 0.0, True))
+
+    def points(scan: Any) -> Any:
+        angles = scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges))
+        order = np.argsort(angles)
+        return np.column_stack([angles, scan.ranges])[order]
+
+    np.testing.assert_allclose(points(hung), points(plain), atol=1e-5)
+    turned = to_scan(scan_message(ranges), Mount(0.27, 0.0, 0.5, False))
+    assert turned.angle_min == pytest.approx(plain.angle_min + 0.5)
+
+
+def test_a_laser_upside_down_drives_the_same_way(arena: firstlap.Track) -> None:
+    x, y = (float(value) for value in arena.to_arrays()["centerline"][0])
+    seen = Lidar(arena).scan(x, y, 0.05)
+    commands = []
+    for ranges, mount in ((seen, Mount(0.27, 0.0, 0.0, False)), (seen[::-1], Mount(0.27, 0.0, 0.0, True))):
+        driving = Driving(firstlap.load_setup("sure"))
+        commands = [*commands, driving.step(to_scan(scan_message(ranges), mount), 2.0, 0.0, 0.0, 0.025)]
+    assert commands[0].status == "ok"
+    assert commands[1].steering_angle == pytest.approx(commands[0].steering_angle, abs=0.01)
+    assert commands[1].speed == pytest.approx(commands[0].speed, abs=0.05)
+
+
+def transform(parent: str, child: str, x: float, roll: float = 0.0, yaw: float = 0.0) -> Any:
+    """As geometry_msgs/TransformStamped has it; roll or yaw."""
+    turn = SimpleNamespace(x=math.sin(roll / 2), y=0.0, z=math.sin(yaw / 2), w=math.cos(roll / 2 + yaw / 2))
+    place = SimpleNamespace(translation=SimpleNamespace(x=x, y=0.0, z=0.1), rotation=turn)
+    return SimpleNamespace(header=SimpleNamespace(frame_id=parent), child_frame_id=child, transform=place)
+
+
+def test_the_lasers_place_is_found_through_the_tree_and_a_bad_one_refused() -> None:
+    frames = Frames()
+    frames.hear(
+        SimpleNamespace(transforms=[transform("base_link", "deck", 0.2), transform("deck", "laser", 0.07, yaw=0.3)])
+    )
+    frames.hear(SimpleNamespace(transforms=[transform("odom", "base_link", 5.0)]))
+    place = frames.find("base_link", "laser")
+    assert place is not None
+    mount = mount_of(place)
+    assert (mount.x, mount.yaw, mount.upside_down) == (pytest.approx(0.27), pytest.approx(0.3), False)
+    assert frames.find("base_link", "nowhere") is None
+    frames.hear(SimpleNamespace(transforms=[transform("base_link", "hung", 0.2, roll=math.pi)]))
+    hung = frames.find("base_link", "hung")
+    assert hung is not None
+    assert mount_of(hung).upside_down
+    frames.hear(SimpleNamespace(transforms=[transform("base_link", "leaning", 0.2, roll=0.5)]))
+    leaning = frames.find("base_link", "leaning")
+    assert leaning is not None
+    with pytest.raises(ValueError, match="leans by 29 degrees"):
+        mount_of(leaning)
+
+
+def test_parameters_change_while_driving_and_a_bad_one_changes_nothing() -> None:
+    driving = Driving(firstlap.load_setup("sure"))
+    core = driving.handle.core
+    driving.change({"velocity_profile.v_max": 3.0})
+    assert driving.handle.core is core, "the driver keeps its memory"
+    with pytest.raises(InputError, match="v_min"):
+        driving.change({"velocity_profile.v_max": 1.0})
+    with pytest.raises(InputError, match="outside"):
+        driving.change({"velocity_profile.v_max": 99.0})
+    assert driving.setup.get("v_max") == 3.0
+
+
+def test_the_laser_may_sit_only_where_the_method_has_it() -> None:
+    driving = Driving(firstlap.load_setup("sure"))
+    driving.mount(Mount(0.1, 0.0, 0.0, False))
+    with pytest.raises(InputError, match="laser_x"):
+        driving.mount(Mount(3.0, 0.0, 0.0, False))
+
+
+@pytest.mark.parametrize("turn", [0.5, -0.5])
+def test_a_turn_between_two_scans_is_found_with_its_sign(arena: firstlap.Track, turn: float) -> None:
+    lidar = Lidar(arena)
+    x, y = (float(value) for value in arena.to_arrays()["centerline"][0])
+    before, after = lidar.scan(x, y, 0.0), lidar.scan(x, y, turn)
+    step = float(lidar.angles[1] - lidar.angles[0])
+    assert turn_between(before, after, step, 1.2) == pytest.approx(turn, abs=0.02)
+
+
+def test_preflight_says_what_is_wrong() -> None:
+    steady = [0.025 * i for i in range(40)]
+    assert check_rate("scan", "/scan", Sample(steady, [], None), 8.0, 0.1).good
+    assert "nothing on /scan" in check_rate("scan", "/scan", Sample([], [], None), 8.0, 0.1).said
+    assert "hole of 1000 ms" in check_rate("scan", "/scan", Sample([*steady, 1.975], [], None), 8.0, 0.1).said
+    assert check_scan(Sample([], [], scan_message(np.ones(100))), "").good
+    assert check_scan(Sample([], [], scan_message(np.full(100, np.inf))), "").good is False
+    assert check_drive("/drive", 0, []).good is False
+    assert check_drive("/drive", 1, ["joy"]).good is False
+    assert check_forward(0.7, 0.7).good
+    assert "wrong sign" in check_forward(-0.7, 0.7).said
+    assert "enabled" in check_forward(0.0, 0.7).said
+    assert check_turn(0.6, 0.58).good
+    assert "yaw rate has the wrong sign" in check_turn(-0.6, 0.58).said
+    assert "wrong way round" in check_turn(0.6, -0.6).said
+    assert check_turn(0.0, 0.0).good is None
+
+
+def test_names_of_several_cars() -> None:
+    assert [one.scan for one in our_names(2, "")] == ["car1/scan", "car2/scan"]
+    assert our_names(1, "")[0].base_frame == "base_link"
+    with pytest.raises(InputError, match="3 cars"):
+        our_names(3, "a,b")
+    ego, opponent = gym_names(2)
+    assert (ego.odom, ego.others, opponent.drive) == (
+        "ego_racecar/odom",
+        (("ego_racecar/opp_odom", 1),),
+        "opp_drive",
+    )
+    with pytest.raises(InputError, match="one or two"):
+        gym_names(3)
+
+
+@pytest.mark.parametrize("command", ["drive", "sim", "latency", "preflight"])
+def test_without_ros_a_command_says_in_one_line_how_to_get_it(
+    command: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("firstlap.ros.NEEDED", {"no_such_module": "firstlap[ros]"})
+    with pytest.raises(InputError, match="make ros"):
+        require_ros()
+    assert run([command]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith("error: ROS 2 is not here")
+    assert error.count("\n") == 1

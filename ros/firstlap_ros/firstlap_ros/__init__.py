@@ -1,0 +1,1 @@
+"""The package firstlap under the names that ros2 run and launch look for."""

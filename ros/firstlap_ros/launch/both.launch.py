@@ -1,0 +1,24 @@
+"""Simulator and driving node: the car laps on the desk as it will on the track."""
+
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription
+from launch.launch_description_sources import PythonLaunchDescriptionSource
+from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
+from launch_ros.substitutions import FindPackageShare
+
+
+def generate_launch_description() -> LaunchDescription:
+    """Includes the other two."""
+
+    def include(name: str, **arguments: object) -> IncludeLaunchDescription:
+        path = PathJoinSubstitution([FindPackageShare("firstlap_ros"), "launch", f"{name}.launch.py"])
+        return IncludeLaunchDescription(PythonLaunchDescriptionSource(path), launch_arguments=arguments.items())
+
+    return LaunchDescription(
+        [
+            DeclareLaunchArgument("track", default_value="arena", description="as of sim.launch.py"),
+            DeclareLaunchArgument("speed_limit", default_value="20.0", description="as of drive.launch.py"),
+            include("sim", track=LaunchConfiguration("track")),
+            include("drive", speed_limit=LaunchConfiguration("speed_limit"), start="true"),
+        ]
+    )
