@@ -194,11 +194,16 @@ def test_on_our_tracks_the_walls_and_the_line_are_seen_right(name, reverse):
         assert found["error"][ahead]["p95"] <= 0.20
 
 
-def test_on_a_real_track_the_walls_and_the_line_are_seen_right(tmp_path):
+def real_track() -> tuple[Path, Path]:
     scans, track_map = SHARED / "scans/germany2022/germany2022.npz", SHARED / "maps/germany2022/germany2022.yaml"
     if not (scans.is_file() and track_map.is_file()):
         pytest.skip(f"no shared data in {SHARED}")
-    recording = load_recording(scans).between(20.0, 50.0)
+    return scans, track_map
+
+
+def test_on_a_real_track_the_walls_and_the_line_are_seen_right(tmp_path):
+    scans, track_map = real_track()
+    recording = load_recording(scans).between(20.0, 40.0)
     found = against_map.measure(recording, load_setup("sure"), load_car("default"), track_map)
     metrics_found = found.to_dict()
     assert metrics_found["turns"] == 0
@@ -234,3 +239,15 @@ def test_the_command_prints_a_row_per_direction(cli):
     rows = said.json["runs"]
     assert [(row["track"], row["direction"]) for row in rows] == [("oval", "forward"), ("oval", "reverse")]
     assert all(row["no_line"] == 0.0 and row["precision"] > 0.98 for row in rows)
+
+
+def test_replay_holds_a_recording_against_its_map(cli):
+    scans, track_map = real_track()
+    said = cli("replay", scans, "--map", track_map, "--from", 20, "--to", 30, "--plot", "map.png", "--json")
+    assert said.code == 0
+    assert said.json["against_map"]["scans"] == said.json["scans"]
+    assert said.json["against_map"]["bad"] <= 0.04
+    assert Path("map.png").stat().st_size > 10_000
+    other = cli("replay", SHARED / "scans/rollcage/rollcage.npz", "--map", track_map)
+    assert other.code == 2
+    assert "do not lie on the track" in other.err
