@@ -60,12 +60,15 @@ def test_a_worker_killed_in_the_middle_costs_only_time(tmp_path: Path):
     assert plain(study.ordered) == plain(found(oval, tmp_path / "b.db", TRIALS))
 
 
-def test_a_cluster_that_goes_away_leaves_what_was_finished(tmp_path: Path):
+@pytest.mark.parametrize("way", ["everything", "all workers"])
+def test_a_cluster_that_goes_away_leaves_what_was_finished(tmp_path: Path, way: str, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(pools, "WORKERLESS_SECONDS", 0.5)
     oval = firstlap.load_track("oval")
     workers = cluster(1)
+    end = workers.close if way == "everything" else lambda: workers.scale(0)
     try:
-        with pytest.raises(PoolGoneError, match="cluster"):
-            search_on(workers.scheduler_address, tmp_path / "a.db", oval, {4: workers.close})
+        with pytest.raises(PoolGoneError, match="went away" if way == "everything" else "no workers"):
+            search_on(workers.scheduler_address, tmp_path / "a.db", oval, {4: end})
     finally:
         workers.close()
     kept = open_study(tmp_path / "a.db", "a", session_of(oval).about()).ordered

@@ -92,7 +92,7 @@ class ClusterPool:
             import distributed
         except ImportError:
             raise InputError("--cluster needs more: pip install firstlap[tune]") from None
-        logging.getLogger("distributed").setLevel(logging.CRITICAL)
+        _silence_dask()
         connect: Any = distributed.Client
         try:
             self._client: Any = connect(address, timeout=CONNECT_SECONDS, set_as_default=False)
@@ -105,8 +105,7 @@ class ClusterPool:
         self._check_version()
 
     def _threads(self) -> int:
-        info = self._client.scheduler_info(n_workers=-1)
-        return sum(worker["nthreads"] for worker in info["workers"].values())
+        return sum(self._client.nthreads().values())
 
     def _wait_for_workers(self) -> int:
         end = time.monotonic() + CONNECT_SECONDS
@@ -136,9 +135,13 @@ class ClusterPool:
 
     def check(self) -> None:
         """Raises PoolGoneError where the scheduler has gone, or all workers for a while."""
-        if self._client.status != "running":
+        try:
+            threads = self._threads() if self._client.status == "running" else None
+        except Exception:
+            threads = None
+        if threads is None:
             raise PoolGoneError(f"the cluster {self._address} went away")
-        if self._threads():
+        if threads:
             self._seen = time.monotonic()
         elif time.monotonic() - self._seen > WORKERLESS_SECONDS:
             raise PoolGoneError(f"the cluster {self._address} has had no workers for {WORKERLESS_SECONDS:g} s")
@@ -182,12 +185,19 @@ def _as_they_come(pool: Pool, waiting: set[Future[Verdict]]) -> Iterator[Future[
 def _result(future: Future[Verdict]) -> Verdict:
     try:
         return future.result()
-    except CancelledError as error:
-        raise PoolGoneError(f"the cluster gave a candidate up ({_first_line(error)})") from None
+    except CancelledError:
+        raise PoolGoneError("the cluster went away (it cancelled a candidate)") from None
     except Exception as error:
         if type(error).__module__.startswith("distributed"):
             raise PoolGoneError(f"the cluster gave a candidate up ({_first_line(error)})") from None
         raise
+
+
+def _silence_dask() -> None:
+    """What Dask has to say about a cluster that comes and goes; we say it in one line."""
+    for name in list(logging.root.manager.loggerDict):
+        if name.startswith(("distributed", "tornado")):
+            logging.getLogger(name).setLevel(logging.CRITICAL)
 
 
 def _version() -> str:

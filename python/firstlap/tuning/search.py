@@ -23,6 +23,8 @@ from firstlap.tuning.space import Point, Space
 from firstlap.tuning.study import Study, Trial
 
 SIGMA = 0.12
+SIGMA_MIN = 0.03
+STALE = 3
 PROBES = 6
 MOST_RESERVED = 0.5
 
@@ -112,8 +114,8 @@ class Search:
             trials = self._race([setup for points in probes.values() for setup in points][:left], number)
             number += len(trials)
             self.trunk = self._best_neighbourhood(probes, trials)
-        round_ = 0
-        optimizer = self._optimizer(round_)
+        round_, begun = 0, number
+        optimizer = self._optimizer(round_, number)
         while left := self._left(budget, number, self.population):
             asked = [optimizer.ask() for _ in range(self.population)]
             trials = self._race([self._setup(x) for x in asked[:left]], number)
@@ -121,9 +123,19 @@ class Search:
             if left < self.population:
                 return
             optimizer.tell([(x, trial.cost) for x, trial in zip(asked, trials, strict=True)])
-            if optimizer.should_stop():
-                round_ += 1
-                optimizer = self._optimizer(round_)
+            if optimizer.should_stop() or self._stale(number, begun):
+                round_, begun = round_ + 1, number
+                optimizer = self._optimizer(round_, number)
+
+    def _stale(self, number: int, begun: int) -> bool:
+        """Whether the last generations of this round found nothing better that holds."""
+        best = self._best_before(number)
+        last = max(best.number + 1 if best else 0, begun)
+        return number - last >= STALE * self.population
+
+    def _best_before(self, number: int) -> Trial | None:
+        held = [t for t in self.study.ordered if t.verdict.holds and t.number < number]
+        return min(held, key=lambda t: (t.cost, t.number), default=None)
 
     def _probes(self) -> dict[int, list[Setup]]:
         """{start: setups about it} for every start that finished; nothing where there is no choice among starts."""
@@ -180,17 +192,16 @@ class Search:
         best = min(whole, key=lambda trial: (self._cost(trial.verdict), trial.number))
         self.trunk = self.starts[best.number]
 
-    def _optimizer(self, round_: int) -> Any:
-        """Begins at the best start; every further time at the best so far, with another seed."""
+    def _optimizer(self, round_: int, number: int) -> Any:
+        """Begins at the best start; every further time at the best so far, closer about it, with another seed."""
         import cmaes
 
-        mean = self.space.to_unit(self.trunk)
-        if round_ and self.best:
-            mean = self.space.to_unit(replace(self.trunk, given=self.best.given))
+        best = self._best_before(number)
+        mean = self.space.to_unit(replace(self.trunk, given=best.given) if round_ and best else self.trunk)
         size = len(self.space.axes)
         return cmaes.CMA(
             mean=np.clip(mean, 0.0, 1.0),
-            sigma=SIGMA,
+            sigma=max(SIGMA * 0.5**round_, SIGMA_MIN),
             bounds=np.tile([0.0, 1.0], (size, 1)),
             seed=(self.seed * 1000 + round_) % 2**32,
             population_size=self.population,
@@ -202,8 +213,7 @@ class Search:
 
     def _race(self, setups: Sequence[Setup], first: int) -> list[Trial]:
         """Trials of these setups, in order; raced where the study does not have them yet."""
-        before = [t for t in self.study.ordered if t.verdict.holds and t.number < first]
-        best = min(before, key=lambda t: (t.cost, t.number), default=None)
+        best = self._best_before(first)
         limit = best.verdict.laps if best else None
         missing = []
         for index, setup in enumerate(setups):
