@@ -12,6 +12,7 @@ from typing import Any
 
 from firstlap import _core
 from firstlap.car_file import Car
+from firstlap.drivers.registry import Preparation, driver_kind
 from firstlap.race import RaceResult, race
 from firstlap.setup_file import Setup
 from firstlap.tracks.track import Track
@@ -81,6 +82,8 @@ class Survey:
         self.options = dict(options or {})
         self.summaries: dict[str, TrackSummary] = {}
         self._stop = threading.Event()
+        self._preparing = threading.Lock()
+        self._preparations: dict[tuple[str, bool], Preparation] = {}
 
     def drive(self, runs: Iterable[Run], done: Callable[[Run, RaceResult], object] | None = None) -> None:
         """Drives all runs; `done` is called in this thread after each. Interrupted: what was finished stands."""
@@ -107,9 +110,20 @@ class Survey:
             laps=self.laps,
             seed=run.seed,
             reverse=run.reverse,
+            preparation=self._prepared(run),
             options=self.options,
             look=self._look,
         )
+
+    def _prepared(self, run: Run) -> Preparation:
+        """What the driver made of the track, once for all seeds."""
+        with self._preparing:
+            key = run.spec, run.reverse
+            if key not in self._preparations:
+                track = run.track.reversed() if run.reverse else run.track
+                kind = driver_kind(self.setup.driver)
+                self._preparations[key] = kind.prepare(track, self.setup, self.car, 1, None)
+            return self._preparations[key]
 
     def _look(self, _running: _core.Race) -> None:
         if self._stop.is_set():

@@ -252,3 +252,13 @@ def test_what_a_driver_prepares_is_given_to_its_make(arena):
     prepared = kind.prepare(arena, setup, firstlap.load_car("default"), 1, None)
     assert prepared == Preparation()
     assert kind.make(setup.params(), None, prepared).trace["result"][2] == "no_path"
+
+
+def test_a_driver_in_python_is_imported_when_it_is_asked_for(monkeypatch):
+    from firstlap.drivers import registry
+
+    monkeypatch.setitem(registry.PYTHON_DRIVERS, "planned", "test_compare")
+    monkeypatch.syspath_prepend(str(Path(__file__).parent))
+    assert "planned" in list(DRIVERS)
+    assert driver_kind("planned").needs_map
+    DRIVERS.forget("planned")

@@ -104,7 +104,8 @@ class FollowTheGap final : public Driver {
 
  private:
   [[nodiscard]] double& free_at(int k) noexcept {
-    return trace_.free[static_cast<std::size_t>(k + directions_per_side)];
+    const int index = k + directions_per_side;
+    return trace_.free[static_cast<std::size_t>(index)];
   }
   [[nodiscard]] double angle_of(int k) const noexcept { return trace_.step * k; }
   void widen() noexcept;

@@ -14,6 +14,7 @@ from rich.markup import escape
 from rich.progress import BarColumn, Progress, ProgressColumn, TextColumn, TimeRemainingColumn
 
 from firstlap.cli.process import silence
+from firstlap.drivers.registry import DRIVERS
 from firstlap.errors import InputError
 from firstlap.race import OPTION_FIELDS
 from firstlap.setup_file import Setup, choose_setup
@@ -23,7 +24,7 @@ TrackArgument = Annotated[
     typer.Argument(metavar="TRACK", help="One of ours by name, a track file, random:SEED, or a ROS map YAML."),
 ]
 DriverOption = Annotated[
-    str | None, typer.Option("--driver", metavar="NAME", help="local, gap, disparity or pid; default: the setup's.")
+    str | None, typer.Option("--driver", metavar="NAME", help=f"{', '.join(DRIVERS)}; default: the setup's.")
 ]
 SetupOption = Annotated[
     str | None,

@@ -1,6 +1,6 @@
 """Every driver by its name: its field table, its setup, and how it is made.
 
-A driver that is written in Python is made known with `register`, from a module named in `PYTHON_DRIVERS`.
+A driver that is written in Python has a line in `PYTHON_DRIVERS`.
 """
 
 from __future__ import annotations
@@ -148,8 +148,8 @@ def _core_kind(name: str, title: str, params: Any, driver: Any, default_setup: s
     )
 
 
-PYTHON_DRIVERS: tuple[str, ...] = ()
-"""Modules with a function `driver_kind()` that gives their DriverKind."""
+PYTHON_DRIVERS: dict[str, str] = {}
+"""Name -> module with a function `driver_kind()` that gives its DriverKind; imported when it is asked for."""
 
 
 CORE_DRIVERS = (
@@ -173,7 +173,6 @@ class _Registry(Mapping[str, DriverKind]):
 
     def __init__(self) -> None:
         self._kinds: dict[str, DriverKind] = {}
-        self._read_modules = False
         for name, title, params, driver, setup, picture in CORE_DRIVERS:
             self.register(_core_kind(name, title, params, driver, setup, picture))
 
@@ -185,21 +184,19 @@ class _Registry(Mapping[str, DriverKind]):
         """Makes a driver unknown."""
         del self._kinds[name]
 
-    def _all(self) -> dict[str, DriverKind]:
-        if not self._read_modules:
-            self._read_modules = True
-            for module in PYTHON_DRIVERS:
-                self.register(importlib.import_module(module).driver_kind())
-        return self._kinds
-
     def __getitem__(self, name: str) -> DriverKind:
-        return self._all()[name]
+        if name not in self._kinds and name in PYTHON_DRIVERS:
+            self.register(importlib.import_module(PYTHON_DRIVERS[name]).driver_kind())
+        return self._kinds[name]
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._kinds or name in PYTHON_DRIVERS
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._all())
+        return iter({**self._kinds, **PYTHON_DRIVERS})
 
     def __len__(self) -> int:
-        return len(self._all())
+        return len({**self._kinds, **PYTHON_DRIVERS})
 
 
 DRIVERS = _Registry()
