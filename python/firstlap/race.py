@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from firstlap import _core
 from firstlap.car_file import Car, load_car
-from firstlap.drivers.registry import CoreHandle, Handle, Preparation, driver_kind
+from firstlap.drivers.registry import CoreHandle, Handle, Preparation, SeesTruth, driver_kind
 from firstlap.errors import InputError
 from firstlap.parameters import FieldTable
 from firstlap.setup_file import Setup, choose_setup
@@ -199,6 +199,8 @@ def race(
     logged = None if record is None else _core.LoggedDriver(handle.core)
     starter = handle if logged is None else CoreHandle(logged)
     running = start_race(track, starter, car, laps=laps, seed=seed, options={**delay, **(options or {})})
+    if isinstance(handle, SeesTruth):
+        handle.see_truth(running, track)
     if record is not None and logged is not None:
         from firstlap.recordings.race_log import drive_and_log, race_about
 
