@@ -75,6 +75,16 @@ class Preparation:
     computing: float = 0.0
     cached: bool = False
 
+    def to_dict(self) -> dict[str, Any]:
+        """As `firstlap race --json` prints it: seconds of simulated driving and of processor time, and remarks."""
+        return {
+            "seconds": round(self.seconds, 3),
+            "driving": round(self.driving, 3),
+            "computing": round(self.computing, 3),
+            "cached": self.cached,
+            "notes": list(self.notes),
+        }
+
 
 class CoreHandle:
     """A driver of the C++ core."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 import shutil
 import tempfile
 from collections.abc import Callable
@@ -82,7 +81,7 @@ def _finish(temporary: Path, place: Path, facts: dict[str, Any]) -> None:
         (temporary / FACTS).write_text(json.dumps(facts), encoding="utf-8")
         if place.exists() and _facts(place) is None:
             shutil.rmtree(place)
-        os.replace(temporary, place)
+        temporary.replace(place)
     except OSError as error:
         if _facts(place) is None:  # otherwise another process was faster
             raise InputError(f"{place}: cannot be written ({error.strerror})") from None

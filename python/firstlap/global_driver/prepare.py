@@ -123,7 +123,10 @@ def _line(map_folder: Path, walls: Track, parts: Parts, car: Car, say: Look) -> 
 
 
 def _made(walls: Track, car: Car, params: LineParams, say: Look) -> RaceLine:
-    line = make_line(walls, car, params, lambda what, share: say(f"least {what}", MAP_SHARE + LINE_SHARE * share))
+    def tell(what: str, share: float) -> None:
+        say(f"least {what}", MAP_SHARE + LINE_SHARE * share)
+
+    line = make_line(walls, car, params, tell)
     if not np.isfinite(line.path.points).all():
         raise InputError(f"{walls.name}: no line was found on the map")
     return line
