@@ -19,6 +19,8 @@ struct Look {
   Point2 left_sample;
   double gx = 0.0;  // gradient of (right - left): towards the left wall
   double gy = 0.0;
+  double room = 0.0;      // [m] to the nearer of the walls that are seen
+  bool in_sight = false;  // between the lines of sight past two visible ends: nothing stands there
 
   [[nodiscard]] double imbalance() const noexcept { return right - left; }
   [[nodiscard]] double slope() const noexcept { return norm(gx, gy); }
@@ -29,6 +31,7 @@ struct SideLook {
   bool representative = false;
   Point2 sample;   // nearest point of the wall
   Point2 outward;  // the way that the wall goes on out of sight, where its end is nearest
+  Sight sight;     // past that end
 };
 
 // Nearest point to (x, y) on the straight between two neighbouring samples.
@@ -51,6 +54,7 @@ SideLook look_at(const WallSide& side, double x, double y) noexcept {
   look.sample = sample;
   look.distance = nearest.distance;
   look.outward = side.outward[nearest.index];
+  look.sight = side.sight[nearest.index];
   const double beyond = (x - sample.x) * look.outward.x + (y - sample.y) * look.outward.y;
   look.representative = beyond <= 0.1 * nearest.distance;
   for (const std::size_t k : {nearest.index - 1, nearest.index + 1}) {
@@ -66,18 +70,55 @@ SideLook look_at(const WallSide& side, double x, double y) noexcept {
   return look;
 }
 
-// What lies out of sight is as far away as the width says, or nearer where its end is seen to be. Round
-// an apex, where the other wall bends across the end of this one, the track is wider than along it: the
-// line goes round the apex, not along the outer wall.
-double estimated(const SideLook& hidden, const SideLook& seen, double x, double y, double width,
-                 double apex_width) noexcept {
-  if (hidden.distance <= 0.0) return width - seen.distance;
+// Past the end of a wall the line of sight bounds what is hidden: the wall goes on somewhere behind it. The point
+// of that shadow nearest to (x, y).
+Point2 nearest_in_shadow(const SideLook& hidden, double x, double y) noexcept {
+  const double sx = static_cast<double>(hidden.sight.x);
+  const double sy = static_cast<double>(hidden.sight.y);
+  const double dx = x - hidden.sample.x;
+  const double dy = y - hidden.sample.y;
+  const double along = std::max(0.0, sx * dx + sy * dy);
+  const double inside = (sx * dy - sy * dx) * static_cast<double>(hidden.sight.shadow);
+  if (inside > 0.0 && along > 0.0) return {x, y};
+  return {hidden.sample.x + along * sx, hidden.sample.y + along * sy};
+}
+
+// Whether the line of sight past the visible end that is nearest passes (x, y) by.
+bool lies_in_sight(const SideLook& side, double x, double y) noexcept {
+  if (side.sight.shadow == 0.0F) return false;
+  const Point2 shadow = nearest_in_shadow(side, x, y);
+  return norm(x - shadow.x, y - shadow.y) > 0.0;
+}
+
+// What lies out of sight is as far away as the width says, and not further than its visible end. Round an apex the
+// track is wider than along it: the hidden wall is not nearer than the line of sight past its end either, so that the
+// line goes round the apex, not along the outer wall. That holds where the way on leads past this end, or where the
+// other wall bends across it; elsewhere a piece of wall may be missing, and the width counts. Moves `hidden.sample` to
+// what it stands on; false where it is the width.
+bool estimate(SideLook& hidden, const SideLook& seen, double x, double y, double width,
+              const TrackWidthParams& params) noexcept {
+  const double end_distance = hidden.distance;
+  hidden.distance = width - seen.distance;
+  if (end_distance <= 0.0) return false;
   const Point2 end = hidden.sample;
   const double beyond = (x - end.x) * hidden.outward.x + (y - end.y) * hidden.outward.y;
   const double across = std::abs(hidden.outward.x * (x - seen.sample.x) + hidden.outward.y * (y - seen.sample.y)) /
                         std::max(seen.distance, 1e-6);
-  const double apex = std::min(1.0, 2.0 * across) * std::clamp(1.0 - beyond / width, 0.0, 1.0);
-  return std::min(hidden.distance, width * (1.0 + apex_width * apex) - seen.distance);
+  const double bends = std::min(1.0, 2.0 * across);
+  const double apex = bends * std::clamp(1.0 - beyond / width, 0.0, 1.0);
+  hidden.distance = width * (1.0 + params.apex_width * apex) - seen.distance;
+  if (end_distance <= hidden.distance) {
+    hidden.distance = end_distance;
+    return true;
+  }
+  if (hidden.sight.shadow == 0.0F) return false;
+  const Point2 shadow = nearest_in_shadow(hidden, x, y);
+  const double free = std::min(norm(x - shadow.x, y - shadow.y), params.width_max - seen.distance);
+  const double share = hidden.sight.way_on ? 1.0 : bends;
+  if (free <= hidden.distance || share <= 0.0) return false;
+  hidden.distance += share * (free - hidden.distance);
+  hidden.sample = shadow;
+  return true;
 }
 
 Look look_around(const WallsSeen& walls, double x, double y, double width, const TrackWidthParams& params) noexcept {
@@ -87,23 +128,25 @@ Look look_around(const WallsSeen& walls, double x, double y, double width, const
     (right.distance > left.distance ? right : left).representative = false;
 
   Look look;
-  look.right_sample = right.sample;
-  look.left_sample = left.sample;
-  look.right = right.distance;
-  look.left = left.distance;
   bool use_right = right.representative;
   bool use_left = left.representative;
   if (use_right && use_left) {
     look.support = Support::both;
   } else if (use_right) {
     look.support = Support::right;
-    look.left = estimated(left, right, x, y, width, params.apex_width);
-    use_left = left.distance > 0.0 && left.distance <= look.left;
+    use_left = estimate(left, right, x, y, width, params);
   } else if (use_left) {
     look.support = Support::left;
-    look.right = estimated(right, left, x, y, width, params.apex_width);
-    use_right = right.distance > 0.0 && right.distance <= look.right;
+    use_right = estimate(right, left, x, y, width, params);
+  } else {
+    look.in_sight = lies_in_sight(right, x, y) && lies_in_sight(left, x, y);
   }
+  look.right_sample = right.sample;
+  look.left_sample = left.sample;
+  look.right = right.distance;
+  look.left = left.distance;
+  constexpr double none = std::numeric_limits<double>::infinity();
+  look.room = std::min(use_right || !use_left ? right.distance : none, use_left || !use_right ? left.distance : none);
   const double inverse_right = use_right && right.distance > 1e-6 ? 1.0 / right.distance : 0.0;
   const double inverse_left = use_left && left.distance > 1e-6 ? 1.0 / left.distance : 0.0;
   // An estimated side moves against the seen one: its half of the gradient is the same again.
@@ -136,7 +179,8 @@ class Box {
 };
 
 class Tracer {
-  static constexpr double on_line = 0.01;  // [m] difference of the distances that needs no correction
+  static constexpr double on_line = 0.01;          // [m] difference of the distances that needs no correction
+  static constexpr double longest_in_sight = 4.0;  // [m] of line that no wall stands for, between lines of sight
 
  public:
   Tracer(const WallsSeen& walls, const Buffer<TrailPoint>& trail, double width, const CarGeometry& car,
@@ -169,7 +213,8 @@ class Tracer {
     LocalWidth width(width_, width_params_);
     double hx = direction * look.gy / look.slope();
     double hy = -direction * look.gx / look.slope();
-    double unsupported = 0.0;
+    double unsupported = 0.0;  // [m] since the last point that a wall stands for
+    double furthest = 0.0;     // [m] that this may become
     for (double s = 0.0; s <= length; s += params_.spacing) {
       if (s > 0.0) {
         x += params_.spacing * hx;
@@ -185,8 +230,9 @@ class Tracer {
         }
       }
       unsupported = look.support == Support::none ? unsupported + params_.spacing : 0.0;
-      if (unsupported > width_) return LineEnd::unseen;
-      if (std::min(look.right, look.left) < half_car_) return LineEnd::narrow;
+      if (unsupported <= params_.spacing) furthest = look.in_sight ? std::max(width_, longest_in_sight) : width_;
+      if (unsupported > furthest) return LineEnd::unseen;
+      if (look.room < half_car_) return LineEnd::narrow;
       if (direction > 0.0 && (runs_against_trail(x, y, hx, hy, s) || meets_itself(out, x, y)))
         return LineEnd::turns_back;
       const bool pair = look.support == Support::both;

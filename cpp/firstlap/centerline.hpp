@@ -39,14 +39,6 @@ struct Centerline {
   LineEnd end = LineEnd::none;
 };
 
-// Where the car has been, in today's base_link, oldest first.
-struct TrailPoint {
-  double x = 0.0;
-  double y = 0.0;
-  double yaw = 0.0;
-  double age = 0.0;  // [s]
-};
-
 // Traces the line between `walls`. `width` [m] is the remembered one. Fewer than four points: no line.
 void trace_centerline(const WallsSeen& walls, const Buffer<TrailPoint>& trail, double width, const CarGeometry& car,
                       const TrackWidthParams& width_params, const CenterlineParams& params, Centerline& line) noexcept;

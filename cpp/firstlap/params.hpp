@@ -15,7 +15,7 @@ struct ScanParams {
   double keep_behind = 2.0;
   bool deskew = true;
   double mask_angle = 2.05;
-  double mask_range = 0.3;
+  double mask_range = 0.8;
   double footprint_margin = 0.03;
 
   static constexpr auto fields() {

@@ -4,12 +4,23 @@
 #include <cmath>
 #include <utility>
 
+#include "firstlap/geometry.hpp"
 #include "firstlap/plausible.hpp"
 #include "firstlap/velocity_profile.hpp"
 #include "firstlap/wall_memory.hpp"
 
 namespace firstlap {
 namespace {
+
+// True where the line passes the car against its heading.
+bool leads_back(const Centerline& line) noexcept {
+  constexpr double clearly = -0.3;  // cosine of the angle
+  if (line.points.size() < 2) return false;
+  const std::size_t i = std::clamp<std::size_t>(line.nearest, 1, line.points.size() - 1);
+  const double dx = line.points[i].x - line.points[i - 1].x;
+  const double dy = line.points[i].y - line.points[i - 1].y;
+  return dx < clearly * norm(dx, dy);
+}
 
 // Smallest distance of (x, y) to either wall.
 double wall_distance(const WallsSeen& walls, double x, double y) noexcept {
@@ -53,6 +64,10 @@ StepResult Racer::step(const LaserScan& scan, const VehicleState& state, double 
   move_memory(state, dt);
   if (!perceive(scan, state)) return trace_.result = hold_or_stop(state, dt, Status::bad_scan);
   choose_line();
+  if (leads_back(trace_.line)) {
+    forget_the_way();
+    choose_line();
+  }
   if (!memory_.width_known && learn_width()) choose_line();
   if (!plan(state)) return trace_.result = hold_or_stop(state, dt, Status::no_path);
   return trace_.result = follow(state, dt, blocked_ ? Status::blocked : Status::ok);
@@ -100,18 +115,27 @@ bool Racer::perceive(const LaserScan& scan, const VehicleState& state) noexcept 
   scan_to_points(scan, table_, state, params_.scan, params_.car, trace_.points);
   if (trace_.points.size() < 4) return false;
   segment(trace_.points, table_.angle_step(), memory_.width, params_.segmentation, trace_.sections);
-  sample_sections(trace_.points, trace_.sections, params_.centerline.spacing, trace_.samples);
-  vote_by_past(memory_.walls, memory_.path, params_.segmentation, trace_.samples);
+  sample_sections(trace_.points, trace_.sections, params_.car, params_.centerline.spacing, trace_.samples);
+  vote_by_past(memory_.walls, memory_.path, memory_.trail, params_.segmentation, trace_.samples);
   ranges_by_beam(trace_.points, table_.size(), ranges_);
   return true;
 }
 
 void Racer::build_line(std::size_t split, WallsSeen& walls, Centerline& line) noexcept {
   const SegmentationParams& p = params_.segmentation;
-  split_into_sides(trace_.sections, trace_.samples, split, params_.centerline.spacing, passable_gap(memory_.width, p),
-                   p.chain_gap, walls);
+  split_into_sides(trace_.points, trace_.sections, trace_.samples, split, params_.car, params_.centerline.spacing,
+                   passable_gap(memory_.width, p), p.chain_gap, walls);
   recall_hidden(memory_.walls, table_, ranges_, params_.car, params_.centerline.memory_time, walls);
   trace_centerline(walls, memory_.trail, memory_.width, params_.car, params_.track_width, params_.centerline, line);
+}
+
+// The car was turned round: what it knows of the walls' sides is of the other direction.
+void Racer::forget_the_way() noexcept {
+  memory_.walls.left.clear();
+  memory_.walls.right.clear();
+  memory_.path.clear();
+  memory_.trail.clear();
+  vote_by_past(memory_.walls, memory_.path, memory_.trail, params_.segmentation, trace_.samples);
 }
 
 // The best split is the one whose line is usable for longest; the second best is tried only where the

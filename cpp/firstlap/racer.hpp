@@ -42,6 +42,7 @@ class Racer final : public Driver {
   void move_memory(const VehicleState& state, double dt) noexcept;
   bool perceive(const LaserScan& scan, const VehicleState& state) noexcept;
   void choose_line() noexcept;
+  void forget_the_way() noexcept;
   void build_line(std::size_t split, WallsSeen& walls, Centerline& line) noexcept;
   bool plan(const VehicleState& state) noexcept;
   bool learn_width() noexcept;

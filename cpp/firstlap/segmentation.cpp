@@ -21,11 +21,12 @@ double breakpoint_ratio(double angle, double break_angle) noexcept {
 // How far apart two returns of one wall may be.
 class BreakLimit {
  public:
-  BreakLimit(double angle_step, double beam_step, const SegmentationParams& params) noexcept
+  BreakLimit(double angle_step, double beam_step, double passable, const SegmentationParams& params) noexcept
       : params_(params),
         angle_step_(angle_step),
         ratio_of_neighbours_(breakpoint_ratio(angle_step, params.break_angle)),
-        break_max_(params.break_max * beam_step) {}
+        beam_step_(beam_step),
+        passable_(passable) {}
 
   // Never less than this, wherever the wall runs.
   [[nodiscard]] double floor(double range, double beams) const noexcept {
@@ -40,20 +41,24 @@ class BreakLimit {
         beams == 1.0 ? ratio_of_neighbours_ : breakpoint_ratio(beams * angle_step_, params_.break_angle);
     const double adaptive = range * ratio + 3.0 * sigma;
     const double trend = params_.mean_factor * mean * beams;
-    return std::clamp(std::max(adaptive, trend), lowest, std::max(lowest, break_max_));
+    // In a thinned scan the missing beams count, as far as they are missing everywhere; but what may be a way
+    // through is a break.
+    const double highest = std::min(params_.break_max * std::min(beams, beam_step_), passable_);
+    return std::clamp(std::max(adaptive, trend), lowest, std::max(lowest, highest));
   }
 
  private:
   const SegmentationParams& params_;
   double angle_step_;
   double ratio_of_neighbours_;
-  double break_max_;
+  double beam_step_;
+  double passable_;  // [m] the narrowest gap that is a way through
 };
 
-void break_into_sections(const Buffer<ScanPoint>& points, double angle_step, double beam_step,
+void break_into_sections(const Buffer<ScanPoint>& points, double angle_step, double beam_step, double passable,
                          const SegmentationParams& params, Buffer<Section>& sections) noexcept {
   const int gap_limit = static_cast<int>(std::lround(static_cast<double>(params.max_beam_gap) * beam_step));
-  const BreakLimit limit(angle_step, beam_step, params);
+  const BreakLimit limit(angle_step, beam_step, passable, params);
   const double gain = params.mean_gain;
   double mean = 2.0 * points[0].range * angle_step;
   std::size_t first = 0;
@@ -163,13 +168,14 @@ void segment(const Buffer<ScanPoint>& points, double angle_step, double width, c
   sections.clear();
   if (points.empty()) return;
   const double beam_step = median_beam_step(points);
-  break_into_sections(points, angle_step, beam_step, params, sections);
+  const double passable = passable_gap(width, params);
+  break_into_sections(points, angle_step, beam_step, passable, params, sections);
   merge_neighbours(points, params.merge_distance, sections);
   for (Section& section : sections) {
     measure(points, section);
     eliminate(params, beam_step, section);
   }
-  drop_seen_through(points, passable_gap(width, params), sections);
+  drop_seen_through(points, passable, sections);
 }
 
 }  // namespace firstlap

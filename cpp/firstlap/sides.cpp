@@ -29,7 +29,7 @@ void push_between(Point2 a, Point2 b, double spacing, std::size_t section, Buffe
   const int pieces = std::clamp(static_cast<int>(d / spacing), 1, 40);
   for (int k = 1; k <= pieces; ++k) {
     const double t = static_cast<double>(k) / static_cast<double>(pieces);
-    samples.push({a.x + t * (b.x - a.x), a.y + t * (b.y - a.y), section, 0});
+    samples.push({.x = a.x + t * (b.x - a.x), .y = a.y + t * (b.y - a.y), .section = section});
   }
 }
 
@@ -68,15 +68,17 @@ void sample_section(const Buffer<ScanPoint>& points, const Section& section, std
   const std::size_t before = samples.size();
   sample_run(points, middle, section.first, start, spacing, index, samples);
   std::reverse(samples.begin() + before, samples.end());
-  samples.push({start.x, start.y, index, 0});
+  samples.push({.x = start.x, .y = start.y, .section = index});
   sample_run(points, middle, section.last, start, spacing, index, samples);
 }
 
-// +1 where (x, y) lies left of the path, -1 right of it, 0 where it is too far away to tell.
-int side_of_path(const Buffer<TrajectoryPoint>& path, double x, double y, double radius) noexcept {
+// +1 where (x, y) lies left of a path or a trail, -1 right of it, 0 where it is too far away to tell. One in
+// `stride` points is looked at.
+template <class Points>
+int side_of_way(const Points& path, std::size_t stride, double x, double y, double radius) noexcept {
   double best = radius * radius;
-  const TrajectoryPoint* nearest = nullptr;
-  for (std::size_t i = 0; i < path.size(); i += 2) {
+  decltype(&path.front()) nearest = nullptr;
+  for (std::size_t i = 0; i < path.size(); i += stride) {
     const double dx = x - path[i].x;
     const double dy = y - path[i].y;
     const double d = dx * dx + dy * dy;
@@ -90,10 +92,54 @@ int side_of_path(const Buffer<TrajectoryPoint>& path, double x, double y, double
   return cross > 0.0 ? 1 : -1;
 }
 
+// The line of sight past an end of a section, where the next beam beyond it went on for long. It runs along that beam:
+// beams may be missing in between.
+Sight sight_past(const ScanPoint& end, const ScanPoint& beyond, const CarGeometry& car, double shadow) noexcept {
+  constexpr double on = 0.5;       // [m] that the next beam must go on
+  constexpr double apart = 0.988;  // cosine of the angle beyond which the next beam tells nothing of this end
+  if (beyond.range < end.range + on) return {};
+  const double ex = end.x - car.laser_x;
+  const double bx = beyond.x - car.laser_x;
+  const double length = norm(bx, beyond.y);
+  if (ex * bx + end.y * beyond.y < apart * length * norm(ex, end.y)) return {};
+  return {static_cast<float>(bx / length), static_cast<float>(beyond.y / length), static_cast<float>(shadow), false};
+}
+
 std::size_t first_kept(const Buffer<Section>& sections) noexcept {
   std::size_t i = 0;
   while (i < sections.size() && sections[i].fate != Fate::kept) ++i;
   return i;
+}
+
+// Unit vector along the last stretch of a section, towards its point `end`.
+Point2 direction_at(const ScanPoint* end, const ScanPoint* stop, std::ptrdiff_t inwards) noexcept {
+  constexpr double stretch = 0.5;  // [m]
+  const ScanPoint* inner = end;
+  double d = 0.0;
+  while (inner != stop && d < stretch) {
+    inner += inwards;
+    d = norm(end->x - inner->x, end->y - inner->y);
+  }
+  return d > 1e-6 ? Point2{(end->x - inner->x) / d, (end->y - inner->y) / d} : Point2{};
+}
+
+// Whether the gap between two sections is a hole in one wall: its edges point at each other and nothing is seen beyond.
+// The way on leads between two walls, never through one.
+bool is_hole(const ScanPoint& from, const ScanPoint& to, Point2 out_of_from, Point2 out_of_to) noexcept {
+  constexpr double in_line = 0.8;  // cosine of the angle
+  const double d = norm(to.x - from.x, to.y - from.y);
+  const double cx = (to.x - from.x) / d;
+  const double cy = (to.y - from.y) / d;
+  return out_of_from.x * cx + out_of_from.y * cy > in_line && -out_of_to.x * cx - out_of_to.y * cy > in_line;
+}
+
+bool is_hole(const Buffer<ScanPoint>& points, const Section& a, const Section& b) noexcept {
+  constexpr double beyond = 0.5;  // [m]
+  const double edge = std::max(points[a.last].range, points[b.first].range);
+  for (std::size_t i = a.last + 1; i < b.first; ++i)
+    if (points[i].range > edge + beyond) return false;
+  return is_hole(points[a.last], points[b.first], direction_at(&points[a.last], &points[a.first], -1),
+                 direction_at(&points[b.first], &points[b.last], 1));
 }
 
 void insert_candidate(SplitCandidate candidate, Candidates& best) noexcept {
@@ -147,7 +193,7 @@ void push_range(const Buffer<SectionSample>& samples, const SampleRange& range, 
     Point2 out{};
     if (i == range.first && open_before) out = outward_at(samples, i, std::min(range.last, i + reach));
     if (i == range.last && open_after) out = outward_at(samples, i, i >= range.first + reach ? i - reach : range.first);
-    side.push(samples[i].x, samples[i].y, out, 0.0F);
+    side.push(samples[i].x, samples[i].y, out, 0.0F, samples[i].sight);
   }
 }
 
@@ -160,6 +206,33 @@ void push_bridge(const Buffer<SectionSample>& samples, const SampleRange& a, con
     const double t = static_cast<double>(k) / static_cast<double>(pieces + 1);
     side.push(p.x + t * (q.x - p.x), p.y + t * (q.y - p.y), {}, 0.0F);
   }
+}
+
+// Sections before `right` and after `left` show past the end of the right and the left wall that is next to the car, as
+// after a hairpin: they may belong to the other wall.
+struct Beyond {
+  std::size_t right = 0;
+  std::size_t left = max_sections;
+};
+
+Beyond beyond_ends(const Buffer<ScanPoint>& points, const Buffer<Section>& sections, const CarGeometry& car,
+                   std::size_t split) noexcept {
+  constexpr double on = 0.5;  // [m] that the next wall is further away
+  const double beside = car.laser_x + 0.3;
+  Beyond beyond;
+  std::size_t before = sections.size();
+  for (std::size_t i = 0; i < sections.size(); ++i) {
+    if (sections[i].fate != Fate::kept) continue;
+    if (before < i) {
+      const ScanPoint& end = points[sections[before].last];
+      const ScanPoint& start = points[sections[i].first];
+      if (i < split && end.range > start.range + on && start.x < beside) beyond.right = i;
+      if (before >= split && start.range > end.range + on && end.x < beside)
+        beyond.left = std::min(beyond.left, before);
+    }
+    before = i;
+  }
+  return beyond;
 }
 
 // The ranges of one side, in scan order, as far as they hang together with its best anchor. What is near
@@ -189,21 +262,51 @@ void build_side(const Buffer<SectionSample>& samples, std::span<const SampleRang
   }
 }
 
+// Where the two walls next to the split are complete, the way on leads between their ends.
+void mark_way_on(const Buffer<Section>& sections, const Buffer<SectionSample>& samples, std::size_t split,
+                 WallsSeen& walls) noexcept {
+  const SectionSample* last_right = nullptr;
+  const SectionSample* first_left = nullptr;
+  for (const SectionSample& sample : samples) {
+    if (sections[sample.section].fate != Fate::kept) continue;
+    if (sample.section < split) last_right = &sample;
+    if (sample.section >= split && first_left == nullptr) first_left = &sample;
+  }
+  const std::size_t from = last_right != nullptr ? last_right->section + 1 : 0;
+  const std::size_t to = first_left != nullptr ? first_left->section : sections.size();
+  for (std::size_t i = from; i < to; ++i)
+    if (sections[i].fate == Fate::too_far) return;
+  const auto is_at = [](const WallSide& side, std::size_t i, const SectionSample& sample) {
+    return side.x[i] == static_cast<float>(sample.x) && side.y[i] == static_cast<float>(sample.y);
+  };
+  if (last_right != nullptr && walls.right.size() > 0 && is_at(walls.right, walls.right.size() - 1, *last_right))
+    walls.right.sight[walls.right.size() - 1].way_on = true;
+  if (first_left != nullptr && walls.left.size() > 0 && is_at(walls.left, 0, *first_left))
+    walls.left.sight[0].way_on = true;
+}
+
 }  // namespace
 
-void sample_sections(const Buffer<ScanPoint>& points, const Buffer<Section>& sections, double spacing,
-                     Buffer<SectionSample>& samples) noexcept {
+void sample_sections(const Buffer<ScanPoint>& points, const Buffer<Section>& sections, const CarGeometry& car,
+                     double spacing, Buffer<SectionSample>& samples) noexcept {
   constexpr std::size_t enough = 3;  // points that are no chance
   samples.clear();
   for (std::size_t i = 0; i < sections.size(); ++i) {
     const Section& section = sections[i];
     const bool small_but_real = section.fate == Fate::too_small && section.last - section.first + 1 >= enough;
-    if (section.fate == Fate::kept || small_but_real) sample_section(points, section, i, spacing, samples);
+    if (section.fate != Fate::kept && !small_but_real) continue;
+    const std::size_t before = samples.size();
+    sample_section(points, section, i, spacing, samples);
+    if (samples.size() == before) return;
+    if (section.first > 0)
+      samples[before].sight = sight_past(points[section.first], points[section.first - 1], car, 1.0);
+    if (section.last + 1 < points.size())
+      samples.back().sight = sight_past(points[section.last], points[section.last + 1], car, -1.0);
   }
 }
 
-void vote_by_past(const WallsSeen& before, const Buffer<TrajectoryPoint>& path, const SegmentationParams& params,
-                  Buffer<SectionSample>& samples) noexcept {
+void vote_by_past(const WallsSeen& before, const Buffer<TrajectoryPoint>& path, const Buffer<TrailPoint>& trail,
+                  const SegmentationParams& params, Buffer<SectionSample>& samples) noexcept {
   constexpr double same_wall = 0.1;  // [m]
   WallSearch left(before.left, before.left.size());
   WallSearch right(before.right, before.right.size());
@@ -217,7 +320,8 @@ void vote_by_past(const WallsSeen& before, const Buffer<TrajectoryPoint>& path, 
     if (std::min(first, second) < params.past_radius)
       sample.vote = (first < second) == ask_left_first ? 1 : -1;
     else
-      sample.vote = side_of_path(path, sample.x, sample.y, params.path_radius);
+      sample.vote = side_of_way(path, 2, sample.x, sample.y, params.path_radius);
+    if (sample.vote == 0) sample.vote = side_of_way(trail, 1, sample.x, sample.y, params.path_radius);
   }
 }
 
@@ -236,6 +340,7 @@ Candidates rank_splits(const Buffer<ScanPoint>& points, const Buffer<Section>& s
     wrong += sample.vote < 0 ? 1.0 : 0.0;
   }
   const double right_before = wrong;
+  constexpr double hole_score = 0.2;  // against a gap of the same depth
   const double gap_needed = passable_gap(width, params);
   const auto consider = [&](std::size_t split, double depth) {
     const double share = votes > 0.0 ? wrong / votes : 0.0;
@@ -254,7 +359,8 @@ Candidates rank_splits(const Buffer<ScanPoint>& points, const Buffer<Section>& s
       const ScanPoint& b = points[sections[i].first];
       const bool passable = norm(b.x - a.x, b.y - a.y) >= gap_needed;
       const bool behind = 0.5 * (a.x + b.x) < car.laser_x;
-      if (passable) consider(i, std::max(a.range, b.range) * (behind ? 0.5 : 1.0));
+      const double depth = std::max(a.range, b.range) * (behind ? 0.5 : 1.0);
+      if (passable) consider(i, is_hole(points, *before, sections[i]) ? hole_score * depth : depth);
     }
     for (; sample < samples.size() && samples[sample].section <= i; ++sample) wrong += samples[sample].vote;
     if (sections[i].fate == Fate::kept) before = &sections[i];
@@ -273,10 +379,12 @@ Candidates rank_splits(const Buffer<ScanPoint>& points, const Buffer<Section>& s
   return best;
 }
 
-void split_into_sides(const Buffer<Section>& sections, const Buffer<SectionSample>& samples, std::size_t split,
-                      double spacing, double bridge, double chain_gap, WallsSeen& walls) noexcept {
+void split_into_sides(const Buffer<ScanPoint>& points, const Buffer<Section>& sections,
+                      const Buffer<SectionSample>& samples, std::size_t split, const CarGeometry& car, double spacing,
+                      double bridge, double chain_gap, WallsSeen& walls) noexcept {
   SideRanges right;
   SideRanges left;
+  const Beyond beyond = beyond_ends(points, sections, car, split);
   for (std::size_t i = 0; i < samples.size();) {
     const std::size_t index = samples[i].section;
     SampleRange range{i, i, sections[index].nearest};
@@ -285,13 +393,17 @@ void split_into_sides(const Buffer<Section>& sections, const Buffer<SectionSampl
       votes += samples[++range.last].vote;
     const Section& section = sections[index];
     const bool small = section.fate != Fate::kept;
-    // A small section decides nothing, but it keeps the side that it had.
-    const bool is_right = small && votes != 0 ? votes < 0 : index < split;
-    (is_right ? right : left).push(range, small ? 0.0 : section.length / std::max(0.1, section.nearest));
+    // A small section decides nothing, but it keeps the side that it had. What shows past a wall's end keeps it too, or
+    // has none.
     i = range.last + 1;
+    const bool shows_past = index < beyond.right || index > beyond.left;
+    if (shows_past && votes == 0) continue;
+    const bool is_right = (small && votes != 0) || shows_past ? votes < 0 : index < split;
+    (is_right ? right : left).push(range, small ? 0.0 : section.length / std::max(0.1, section.nearest));
   }
   build_side(samples, right.ranges(), right.weights(), spacing, bridge, chain_gap, walls.right);
   build_side(samples, left.ranges(), left.weights(), spacing, bridge, chain_gap, walls.left);
+  mark_way_on(sections, samples, split, walls);
 }
 
 }  // namespace firstlap

@@ -17,6 +17,7 @@ struct SectionSample {
   double y = 0.0;           // [m] base_link
   std::size_t section = 0;  // index of its section
   int vote = 0;             // +1 it was left before, -1 it was right, 0 not known
+  Sight sight{};            // past the section's end, at its first and last sample
 };
 
 struct SplitCandidate {
@@ -32,13 +33,13 @@ struct Candidates {
 };
 
 // Samples of all sections that are not seen through, about `spacing` apart, in scan order.
-void sample_sections(const Buffer<ScanPoint>& points, const Buffer<Section>& sections, double spacing,
-                     Buffer<SectionSample>& samples) noexcept;
+void sample_sections(const Buffer<ScanPoint>& points, const Buffer<Section>& sections, const CarGeometry& car,
+                     double spacing, Buffer<SectionSample>& samples) noexcept;
 
 // Gives each sample the side that it had in the past: that of a wall sample seen there before, or of
-// the side of the previous path on which it lies. Both are in today's base_link.
-void vote_by_past(const WallsSeen& before, const Buffer<TrajectoryPoint>& path, const SegmentationParams& params,
-                  Buffer<SectionSample>& samples) noexcept;
+// the side of the previous path or of the car's trail on which it lies. All are in today's base_link.
+void vote_by_past(const WallsSeen& before, const Buffer<TrajectoryPoint>& path, const Buffer<TrailPoint>& trail,
+                  const SegmentationParams& params, Buffer<SectionSample>& samples) noexcept;
 
 // The best splits by depth of the gap and agreement with the past.
 Candidates rank_splits(const Buffer<ScanPoint>& points, const Buffer<Section>& sections,
@@ -46,7 +47,8 @@ Candidates rank_splits(const Buffer<ScanPoint>& points, const Buffer<Section>& s
                        const SegmentationParams& params) noexcept;
 
 // The wall samples of each side for one split, with small gaps bridged and visible ends marked.
-void split_into_sides(const Buffer<Section>& sections, const Buffer<SectionSample>& samples, std::size_t split,
-                      double spacing, double bridge, double chain_gap, WallsSeen& walls) noexcept;
+void split_into_sides(const Buffer<ScanPoint>& points, const Buffer<Section>& sections,
+                      const Buffer<SectionSample>& samples, std::size_t split, const CarGeometry& car, double spacing,
+                      double bridge, double chain_gap, WallsSeen& walls) noexcept;
 
 }  // namespace firstlap

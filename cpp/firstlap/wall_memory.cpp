@@ -60,7 +60,7 @@ void recall_side(const WallSide& before, const BeamTable& table, const Buffer<fl
       close_run();
       run = side.size();
     }
-    side.push(p.x, p.y, {}, before.age[i]);
+    side.push(p.x, p.y, {}, before.age[i], before.sight[i]);
   }
   close_run();
 }

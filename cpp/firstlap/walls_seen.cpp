@@ -25,6 +25,11 @@ void move_side(const Pose2& motion, double dt, WallSide& side) noexcept {
     side.y[i] = static_cast<float>(-s * dx + c * dy);
     const Point2 out = side.outward[i];
     side.outward[i] = {c * out.x + s * out.y, -s * out.x + c * out.y};
+    const Sight past = side.sight[i];
+    const auto fc = static_cast<float>(c);
+    const auto fs = static_cast<float>(s);
+    if (past.shadow != 0.0F)
+      side.sight[i] = {fc * past.x + fs * past.y, -fs * past.x + fc * past.y, past.shadow, past.way_on};
     side.age[i] += static_cast<float>(dt);
   }
 }
@@ -35,14 +40,16 @@ void WallSide::clear() noexcept {
   x.clear();
   y.clear();
   outward.clear();
+  sight.clear();
   age.clear();
   seen = 0;
 }
 
-void WallSide::push(double px, double py, Point2 out, float seen_before) noexcept {
+void WallSide::push(double px, double py, Point2 out, float seen_before, Sight past) noexcept {
   x.push(static_cast<float>(px));
   y.push(static_cast<float>(py));
   outward.push(out);
+  sight.push(past);
   age.push(seen_before);
 }
 

@@ -9,13 +9,22 @@ namespace firstlap {
 
 inline constexpr std::size_t max_samples = 1024;  // of one side
 
+// The line of sight past the end of a wall: up to it everything is free, behind it nothing is known.
+struct Sight {
+  float x = 0.0F;  // unit vector away from the laser
+  float y = 0.0F;
+  float shadow = 0.0F;  // +1: what is hidden lies to the left of it, -1: to the right, 0: there is no such line
+  bool way_on = false;  // between it and the other wall lies the way on
+};
+
 // Coordinates stand apart so that the search for the nearest sample runs in vector instructions.
 struct WallSide {
-  WallSide() : x(max_samples), y(max_samples), outward(max_samples), age(max_samples) {}
+  WallSide() : x(max_samples), y(max_samples), outward(max_samples), sight(max_samples), age(max_samples) {}
 
   Buffer<float> x;         // [m] base_link
   Buffer<float> y;         // [m] base_link
   Buffer<Point2> outward;  // unit vector along the wall out of sight, at a visible end; else zero
+  Buffer<Sight> sight;     // past a visible end
   Buffer<float> age;       // [s] since it was seen; 0: in this scan
   std::size_t seen = 0;    // the first samples are of this scan, the others remembered
 
@@ -24,7 +33,7 @@ struct WallSide {
     return {static_cast<double>(x[i]), static_cast<double>(y[i])};
   }
   void clear() noexcept;
-  void push(double px, double py, Point2 out, float seen_before) noexcept;
+  void push(double px, double py, Point2 out, float seen_before, Sight past = {}) noexcept;
 };
 
 struct Nearest {
@@ -52,6 +61,14 @@ class WallSearch {
 struct WallsSeen {
   WallSide left;
   WallSide right;
+};
+
+// Where the car has been, in today's base_link, oldest first.
+struct TrailPoint {
+  double x = 0.0;
+  double y = 0.0;
+  double yaw = 0.0;
+  double age = 0.0;  // [s]
 };
 
 // Expresses every sample in the base_link that `motion` (in the old base_link) leads to, `dt` later.

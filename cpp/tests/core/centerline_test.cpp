@@ -20,6 +20,14 @@ void push_wall(WallSide& side, double x0, double y0, double x1, double y1, bool 
   }
 }
 
+Sight mirrored(const Sight& sight) { return {sight.x, -sight.y, -sight.shadow, sight.way_on}; }
+
+// The line of sight from the laser past a point.
+Sight sight_past(double x, double y, float shadow) {
+  const double length = std::hypot(x - CarGeometry{}.laser_x, y);
+  return {static_cast<float>((x - CarGeometry{}.laser_x) / length), static_cast<float>(y / length), shadow, true};
+}
+
 WallsSeen corridor(double y_right, double y_left, double length = 12.0) {
   WallsSeen walls;
   push_wall(walls.right, -2.0, y_right, length, y_right);
@@ -152,6 +160,43 @@ TEST(Centerline, a_line_along_the_cars_own_trail_does_not_end) {
   EXPECT_EQ(trace(corridor(-1.0, 1.0), 2.0, trail).end, LineEnd::length);
 }
 
+// A hairpin round the tip of the left wall, which ends beside the car: what is behind it is out of sight, but the line
+// of sight past it is free.
+TEST(Centerline, round_a_tip_it_keeps_as_far_from_the_tip_as_from_the_outer_wall) {
+  WallsSeen walls;
+  push_wall(walls.right, -2.0, -0.7, 2.5, -0.7, false);
+  push_wall(walls.right, 2.5, -0.7, 2.5, 3.0);
+  push_wall(walls.left, -2.0, 0.7, 0.3, 0.7, false);
+  walls.left.outward[walls.left.size() - 1] = {1.0, 0.0};
+  const Centerline blind = trace(walls, 1.4);
+  walls.left.sight[walls.left.size() - 1] = sight_past(0.3, 0.7, 1.0F);
+  const Centerline line = trace(walls, 1.4);
+  const auto offset_at_tip = [](const Centerline& at) {
+    double x = 0.0;
+    for (const CenterlinePoint& p : at.points)
+      if (p.y < 0.7) x = std::max(x, p.x);
+    return x - 0.5 * (0.3 + 2.5);  // midway between tip and outer wall
+  };
+  EXPECT_NEAR(offset_at_tip(line), 0.0, 0.12);
+  EXPECT_GT(offset_at_tip(blind), 0.25);
+}
+
+TEST(Centerline, between_two_visible_ends_it_goes_on_as_far_as_the_lines_of_sight_pass) {
+  const auto widening = [](bool sight) {
+    WallsSeen walls;
+    for (const double side : {1.0, -1.0}) {
+      WallSide& wall = side > 0.0 ? walls.left : walls.right;
+      push_wall(wall, -2.0, 0.5 * side, 1.5, 0.5 * side);
+      if (sight) wall.sight[wall.size() - 1] = sight_past(1.5, 0.5 * side, static_cast<float>(side));
+      push_wall(wall, 3.5, 1.0 * side, 9.0, 1.0 * side);
+    }
+    return trace(walls, 1.0);
+  };
+  EXPECT_LT(widening(false).ahead, 2.0);
+  EXPECT_GT(widening(true).ahead, 6.0);
+  for (const CenterlinePoint& p : widening(true).points) EXPECT_NEAR(p.y, 0.0, 0.02);
+}
+
 TEST(Centerline, mirrored_walls_mirror_it) {
   WallsSeen walls;
   push_wall(walls.right, -2.0, -1.0, 4.0, -1.0, false);
@@ -160,9 +205,11 @@ TEST(Centerline, mirrored_walls_mirror_it) {
   push_wall(walls.left, 2.0, 1.0, 2.0, 8.0);
   WallsSeen mirror;
   for (std::size_t i = 0; i < walls.right.size(); ++i)
-    mirror.left.push(walls.right.x[i], -walls.right.y[i], {walls.right.outward[i].x, -walls.right.outward[i].y}, 0.0F);
+    mirror.left.push(walls.right.x[i], -walls.right.y[i], {walls.right.outward[i].x, -walls.right.outward[i].y}, 0.0F,
+                     mirrored(walls.right.sight[i]));
   for (std::size_t i = 0; i < walls.left.size(); ++i)
-    mirror.right.push(walls.left.x[i], -walls.left.y[i], {walls.left.outward[i].x, -walls.left.outward[i].y}, 0.0F);
+    mirror.right.push(walls.left.x[i], -walls.left.y[i], {walls.left.outward[i].x, -walls.left.outward[i].y}, 0.0F,
+                      mirrored(walls.left.sight[i]));
   const Centerline a = trace(walls);
   const Centerline b = trace(mirror);
   ASSERT_EQ(a.points.size(), b.points.size());

@@ -14,13 +14,13 @@ struct Sides {
     if (!table.prepare(scan.view())) return;
     scan_to_points(scan.view(), table, {}, {}, CarGeometry{}, points);
     segment(points, table.angle_step(), width, params, sections);
-    sample_sections(points, sections, spacing, samples);
+    sample_sections(points, sections, CarGeometry{}, spacing, samples);
   }
   void choose() {
     candidates = rank_splits(points, sections, samples, width, CarGeometry{}, params);
     if (candidates.count > 0)
-      split_into_sides(sections, samples, candidates.items[0].split, spacing, passable_gap(width, params),
-                       params.chain_gap, walls);
+      split_into_sides(points, sections, samples, candidates.items[0].split, CarGeometry{}, spacing,
+                       passable_gap(width, params), params.chain_gap, walls);
   }
   SegmentationParams params{};
   double width = 2.0;
@@ -101,7 +101,7 @@ TEST(Sides, votes_come_from_walls_seen_before_at_the_same_place) {
     before.left.push(x, -1.0, {}, 0.0F);  // the world upside down
     before.right.push(x, 1.0, {}, 0.0F);
   }
-  vote_by_past(before, Buffer<TrajectoryPoint>(8), s.params, s.samples);
+  vote_by_past(before, Buffer<TrajectoryPoint>(8), Buffer<TrailPoint>(8), s.params, s.samples);
   for (const SectionSample& sample : s.samples) {
     if (sample.x > -0.5 && sample.x < 4.5) {
       EXPECT_EQ(sample.vote, sample.y < 0.0 ? 1 : -1);
@@ -113,7 +113,7 @@ TEST(Sides, votes_come_from_the_previous_path_where_no_wall_was_seen) {
   Sides s(scene::Course{}.straight(40).walls(2.0).scan({10.0, 0.0, 0.0}));
   Buffer<TrajectoryPoint> path(100);
   for (int i = 0; i < 60; ++i) path.push({0.1 * i, 0.1 * i - 1.0, 0.0, 0.0, 0.0, 1.0});
-  vote_by_past(WallsSeen{}, path, s.params, s.samples);
+  vote_by_past(WallsSeen{}, path, Buffer<TrailPoint>(8), s.params, s.samples);
   for (const SectionSample& sample : s.samples) {
     if (sample.x > -0.5 && sample.x < 4.0) {
       EXPECT_EQ(sample.vote, sample.y > 0.0 ? 1 : -1);
@@ -155,6 +155,41 @@ TEST(Sides, a_narrow_joint_is_bridged_and_a_wide_one_is_open) {
     }
     EXPECT_EQ(inside, joint < 0.9) << joint;
     EXPECT_EQ(open, joint > 0.9) << joint;
+  }
+}
+
+// The wall that faces the car at the end of a straight has lost some beams; the way on leads round the right wall.
+TEST(Sides, a_hole_in_one_wall_is_no_way_on) {
+  scene::Scene bend;
+  bend.add(scene::left, {{-4.0, 1.0}, {5.0, 1.0}, {5.0, -0.2}});
+  bend.add(scene::left, {{5.0, -1.6}, {5.0, -4.5}, {-4.0, -4.5}});
+  bend.add(scene::right, {{-4.0, -1.0}, {2.0, -1.0}, {2.0, -1.3}, {-4.0, -1.3}});
+  Sides s(bend.scan({0.0, 0.0, 0.0}));
+  s.choose();
+  ASSERT_GT(s.candidates.count, 1U);
+  double lowest = 1.0;
+  for (std::size_t i = 0; i < s.walls.left.size(); ++i)
+    lowest = std::min(lowest, static_cast<double>(s.walls.left.y[i]));
+  EXPECT_LT(lowest, -2.0);
+  for (std::size_t i = 0; i < s.walls.right.size(); ++i) EXPECT_LT(s.walls.right.x[i], 2.5F);
+}
+
+TEST(Sides, what_shows_past_the_end_of_a_wall_behind_the_car_keeps_the_side_that_it_had) {
+  scene::Scene hairpin;
+  hairpin.add(scene::right, {{4.0, -1.0}, {-1.2, -1.0}});
+  hairpin.add(scene::left, {{4.0, 1.0}, {0.0, 1.0}, {0.0, 1.2}, {4.0, 1.2}});
+  hairpin.add(scene::right, {{-1.2, 2.0}, {-1.2, 3.2}});
+  for (const bool known : {true, false}) {
+    Sides s(hairpin.scan({0.0, 0.0, 0.0}));
+    WallsSeen before;
+    for (double y = 1.5; y < 3.6; y += 0.1)
+      if (known) before.right.push(-1.2, y, {}, 0.0F);
+    vote_by_past(before, Buffer<TrajectoryPoint>(8), Buffer<TrailPoint>(8), s.params, s.samples);
+    s.choose();
+    for (std::size_t i = 0; i < s.walls.left.size(); ++i) EXPECT_LT(s.walls.left.y[i], 1.3F);
+    bool is_right = false;
+    for (std::size_t i = 0; i < s.walls.right.size(); ++i) is_right = is_right || s.walls.right.y[i] > 1.9F;
+    EXPECT_EQ(is_right, known);
   }
 }
 

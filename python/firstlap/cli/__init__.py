@@ -7,7 +7,7 @@ import sys
 import typer
 
 from firstlap import __version__
-from firstlap.cli import bench, check, compare, explain, line, race, replay, survey, tracks
+from firstlap.cli import bench, check, compare, explain, line, perception, race, replay, survey, tracks
 from firstlap.cli.common import fail
 from firstlap.cli.localise import localise
 from firstlap.cli.map import map_command
@@ -33,6 +33,7 @@ app = typer.Typer(
 app.command("race")(race.race)
 app.command("survey")(survey.survey)
 app.command("compare")(compare.compare)
+app.command("perception")(perception.perception)
 app.command("explain")(explain.explain)
 app.command("replay")(replay.replay)
 app.command("check")(check.check)

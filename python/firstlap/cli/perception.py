@@ -1,0 +1,107 @@
+"""firstlap perception"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.markup import escape
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from firstlap import __version__
+from firstlap.car_file import load_car
+from firstlap.cli.common import (
+    CarOption,
+    JsonOption,
+    SetOption,
+    SetupOption,
+    chosen_setup,
+    console,
+    fail,
+    print_json,
+    progress_bar,
+)
+from firstlap.cli.survey import expand
+from firstlap.survey import Run
+from firstlap.tracks.library import load_track
+
+
+def perception(
+    tracks: Annotated[
+        list[str],
+        typer.Argument(metavar="TRACK...", help="Tracks as of `race`; all: every one of ours; random:1-20: twenty."),
+    ],
+    setup: SetupOption = "sure",
+    changes: SetOption = None,
+    laps: Annotated[int, typer.Option("--laps", min=1, max=1000, help="Laps to drive and measure.")] = 1,
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Of everything random.")] = 1,
+    both: Annotated[bool, typer.Option("--both", help="Both directions.")] = False,
+    car: CarOption = "default",
+    as_json: JsonOption = False,
+) -> int:
+    """Race tracks and measure on every scan how well the walls and the line between them were seen.
+
+    The metrics are those of docs/perception.md. Exits 0 when every race finished.
+    """
+    from firstlap.perception.survey import survey_perception
+
+    chosen, the_car = chosen_setup(setup, changes), load_car(car)
+    rows: list[dict[str, Any]] = []
+    interrupted = False
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with progress_bar(*columns) as bar:
+        loaded = {spec: load_track(spec) for spec in expand(tracks)}
+        directions = (False, True) if both else (False,)
+        runs = [Run(spec, track, reverse, seed) for spec, track in loaded.items() for reverse in directions]
+        task = bar.add_task("measuring", total=len(runs))
+
+        def done(_run: Run, row: dict[str, Any]) -> None:
+            rows.append(row)
+            bar.advance(task)
+
+        try:
+            rows = survey_perception(runs, chosen, the_car, laps=laps, done=done)
+        except KeyboardInterrupt:
+            interrupted = True
+    found = {
+        "version": __version__,
+        "setup": chosen.name,
+        "set": {f"{section}.{name}": value for (section, name), value in chosen.changed.items()},
+        "car": the_car.name,
+        "laps": laps,
+        "interrupted": interrupted,
+        "runs": rows,
+    }
+    if as_json:
+        print_json(found)
+    else:
+        print_table(f"setup {chosen.name}, {laps} laps", rows)
+    if interrupted:
+        return fail(f"interrupted after {len(rows)} of {len(runs)} races", 130)
+    return 0 if all(row["outcome"] == "finished" for row in rows) else 1
+
+
+def print_table(title: str, rows: list[dict[str, Any]]) -> None:
+    """One line per run: what `docs/perception.md` defines."""
+    table = Table(title=escape(title), caption="mm, median / 95th percentile of the error so far ahead; shares in %")
+    table.add_column("track", overflow="fold")
+    for heading in ("1 m", "2 m", "3 m", "no line", "bad", "prec.", "recall", "jump"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    for row in rows:
+        name = Path(row["track"]).stem if "/" in row["track"] else row["track"]
+        name += " ↺" if row.get("direction") == "reverse" else ""
+        errors = [_pair(row["error"][ahead]) for ahead in ("1", "2", "3")]
+        shares = [_percent(row[key]) for key in ("no_line", "bad", "precision", "recall")]
+        jump = row["jump"]["p95"]
+        table.add_row(escape(name), *errors, *shares, "-" if jump is None else f"{1000 * jump:.0f}")
+    console().print(table)
+
+
+def _pair(error: dict[str, Any]) -> str:
+    return "-" if error["median"] is None else f"{1000 * error['median']:.0f}/{1000 * error['p95']:.0f}"
+
+
+def _percent(value: float | None) -> str:
+    return "-" if value is None else f"{100 * value:.1f}"

@@ -1,0 +1,136 @@
+"""Perception on a recording with known poses, measured against a map of the track."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from firstlap.car_file import Car
+from firstlap.errors import InputError
+from firstlap.perception.metrics import Perception, to_world
+from firstlap.perception.seen import Seen
+from firstlap.perception.truth import LEFT, RIGHT, Truth
+from firstlap.racer import Racer
+from firstlap.setup_file import Setup
+from firstlap.tracks.library import load_track
+from firstlap.tracks.track import Track
+
+FloatArray = npt.NDArray[np.float64]
+
+TOLERANCE = 0.3
+"""How far a real return may lie from its wall on the map [m]: range noise, the map's pixels and the pose's error."""
+
+
+class PosedScans(Protocol):
+    """What is needed of a recording: see `firstlap.recordings.Recording`."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def ranges(self) -> Sequence[npt.NDArray[np.float32]]: ...
+    @property
+    def headers(self) -> FloatArray: ...
+    @property
+    def dts(self) -> FloatArray: ...
+    @property
+    def states(self) -> FloatArray: ...
+    @property
+    def poses(self) -> FloatArray | None: ...
+    @property
+    def laser_x(self) -> float | None: ...
+
+
+@dataclass
+class AgainstMap:
+    """What a recording's scans were seen as, and how far that is from the map."""
+
+    name: str
+    track: Track
+    setup: Setup
+    car: Car
+    perception: Perception
+    in_reverse: list[bool] = field(default_factory=list)
+    walls: dict[int, list[FloatArray]] = field(default_factory=lambda: {LEFT: [], RIGHT: []})
+    lines: list[FloatArray] = field(default_factory=list)
+
+    def to_dict(self) -> dict[str, Any]:
+        """As `firstlap replay --map --json` prints it."""
+        return {
+            "recording": self.name,
+            "map": self.track.source,
+            "in_reverse": round(float(np.mean(self.in_reverse)), 5) if self.in_reverse else None,
+            "turns": int(np.count_nonzero(np.diff(self.in_reverse))),
+            "setup": self.setup.name,
+            "set": {f"{section}.{name}": value for (section, name), value in self.setup.changed.items()},
+            "car": self.car.name,
+            **self.perception.to_dict(),
+        }
+
+    def plot(self, path: str | Path) -> None:
+        """Writes a picture: walls seen and centerlines planned, over the map."""
+        from firstlap.perception.plot import plot_against_map
+
+        plot_against_map(self, path)
+
+
+def measure(
+    recording: PosedScans,
+    setup: Setup,
+    car: Car,
+    map_path: str | Path,
+    *,
+    look: Callable[[int], object] | None = None,
+    each: Callable[[Seen, tuple[float, float, float], Perception], object] | None = None,
+) -> AgainstMap:
+    """Replays every scan of a recording with poses and measures it against the map at `map_path`.
+
+    The direction of travel is the car's own: left and right change where it turns round. look: called after every scan with how many are done; an exception
+    from it ends the replay. Raises InputError.
+    """
+    poses = recording.poses
+    if poses is None:
+        raise InputError(f"{recording.name}: has no poses; only a recording with poses can be held against a map")
+    track = load_track(str(map_path))
+    forward = Truth.of(track)
+    backward = forward.reversed()
+    perception = Perception(forward, tolerance=TOLERANCE)
+    found = AgainstMap(recording.name, track, setup, car, perception)
+    if recording.laser_x is not None and ("car", "laser_x") not in setup.changed:
+        setup = setup.with_assignments([f"laser_x={recording.laser_x}"])
+    racer = Racer(setup, car)
+    front = setup.params(car.core).values()["car"]["wheelbase"]
+    for i, (ranges, header, state, dt) in enumerate(
+        zip(recording.ranges, recording.headers, recording.states, recording.dts, strict=True)
+    ):
+        racer.step(
+            ranges,
+            speed=float(state[0]),
+            yaw_rate=float(state[1]),
+            steering_angle=float(state[2]),
+            dt=float(dt),
+            angle_min=float(header[0]),
+            angle_increment=float(header[1]),
+            time_increment=float(header[2]),
+            range_min=float(header[3]),
+            range_max=float(header[4]),
+        )
+        x, y, yaw = (float(v) for v in poses[i])
+        seen = Seen.of(racer.trace, front)
+        reverse = forward.along(x, y, yaw) < 0.0
+        perception.truth = backward if reverse else forward
+        found.in_reverse.append(reverse)
+        perception.add(seen, (x, y, yaw), float(dt))
+        for side in (LEFT, RIGHT):
+            found.walls[side].append(to_world(seen.points[seen.side == side], (x, y, yaw)))
+        found.lines.append(to_world(seen.line, (x, y, yaw)))
+        if each:
+            each(seen, (x, y, yaw), perception)
+        if look:
+            look(i + 1)
+    return found
+
