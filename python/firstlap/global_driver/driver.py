@@ -19,6 +19,8 @@ from firstlap.mapping.check import align
 from firstlap.mapping.poses import between
 from firstlap.mpc.controller import Controller, Step
 from firstlap.mpc.observer import finite
+from firstlap.raceline.corridor import Corridor
+from firstlap.raceline.line import check_clear
 from firstlap.setup_file import load_setup
 from firstlap.tracks.track import FloatArray, Track
 
@@ -40,6 +42,7 @@ class GlobalDriver:
     def __init__(self, parts: Parts, car: Car, prepared: Prepared) -> None:
         """Raises InputError for a line that takes the car into a wall of the map."""
         self.parts, self.prepared = parts, prepared
+        check_clear(prepared.line, Corridor(prepared.walls, car), prepared.line.source)
         self.localiser = Localiser(prepared.known, car, SEED, parts.localiser)
         # The time limit is of this thread alone: what else the machine does makes no plan late.
         self.controller = Controller(prepared.line, prepared.walls, car, parts.mpc, clock=thread_time)

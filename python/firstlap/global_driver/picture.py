@@ -22,7 +22,7 @@ def draw_global(moment: Moment) -> Figure:
     """The figure of a step of the driver `global`."""
     trace = moment.trace
     figure, scene, panel = opponents_figure(moment, _facts(moment))
-    _draw_scene(scene, moment)
+    _draw_scene(figure, scene, moment)
     panel.set_position((0.715, 0.50, 0.265, 0.28))
     below = figure.add_axes((0.715, 0.10, 0.265, 0.29))
     for axes in (panel, below):
@@ -49,7 +49,7 @@ def _facts(moment: Moment) -> str:
     return where + (f"   blocked in {trace['blocked_at']:.1f} m" if trace["blocked_at"] is not None else "")
 
 
-def _draw_scene(axes: Axes, moment: Moment) -> None:
+def _draw_scene(figure: Figure, axes: Axes, moment: Moment) -> None:
     trace = moment.trace
     axes.scatter(trace["map"][:, 0], trace["map"][:, 1], s=5, color=INK, linewidths=0, marker="s", zorder=2)
     axes.scatter(trace["line"][:, 0], trace["line"][:, 1], s=6, color=FREE, linewidths=0, zorder=4)
@@ -60,7 +60,7 @@ def _draw_scene(axes: Axes, moment: Moment) -> None:
         )
     if len(plan):
         drawn = coloured_line(axes, plan[:, 0], plan[:, 1], trace["plan_speed"], 3.2, zorder=6)
-        bar = axes.figure.colorbar(drawn, ax=axes, fraction=0.025, pad=0.01)
+        bar = figure.colorbar(drawn, cax=figure.add_axes((0.47, 0.875, 0.17, 0.012)), orientation="horizontal")
         bar.set_label("planned speed [m/s]", fontsize=9.5, color=INK)
         bar.outline.set_visible(False)
     said = trace["estimate"]
@@ -89,7 +89,7 @@ def _draw_speeds(axes: Axes, moment: Moment) -> None:
     trace = moment.trace
     time = trace["plan_time"]
     axes.set_title("speed over the plan [m/s]", fontsize=11, color=INK, loc="left", pad=8)
-    axes.plot(time, trace["line_speed_ahead"], color=FREE, linewidth=1.4, label="of the line there")
+    axes.plot(time, trace["line_speed_ahead"], color=FREE, linewidth=5.0, alpha=0.35, label="of the line there")
     axes.plot(time, trace["plan_speed"], color=PATH, linewidth=2.0, label="planned")
     axes.plot(0.0, moment.speed, "o", color=RETURN, label="measured")
     axes.set_ylim(0.0, 1.15 * max(float(trace["line_speed_ahead"].max()), float(trace["plan_speed"].max()), 1.0))

@@ -83,7 +83,9 @@ def draw_map(
         grid.add(tuple(pose), laser_x, keyframe.points)
         look(number)
     x, y, yaw = (float(value) for value in poses[0])
-    return OccupancyMap(without_gaps(grid.cells(), resolution), resolution, (float(low[0]), float(low[1]), 0.0), (x, y, yaw))
+    return OccupancyMap(
+        without_gaps(grid.cells(), resolution), resolution, (float(low[0]), float(low[1]), 0.0), (x, y, yaw)
+    )
 
 
 def without_gaps(cells: npt.NDArray[np.uint8], resolution: float) -> npt.NDArray[np.uint8]:

@@ -133,4 +133,3 @@ def measure(
         if look:
             look(i + 1)
     return found
-
