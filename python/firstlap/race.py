@@ -203,16 +203,20 @@ def race(
     logged = None if record is None else _core.LoggedDriver(handle.core)
     starter = handle if logged is None else CoreHandle(logged)
     running = start_race(track, starter, car, laps=laps, seed=seed, options={**delay, **(options or {})})
-    if isinstance(handle, SeesTruth):
-        handle.see_truth(running, track)
-    if record is not None and logged is not None:
-        from firstlap.recordings.race_log import drive_and_log, race_about
+    try:
+        if isinstance(handle, SeesTruth):
+            handle.see_truth(running, track)
+        if record is not None and logged is not None:
+            from firstlap.recordings.race_log import drive_and_log, race_about
 
-        what = f"{track.name}{', reverse' if reverse else ''}"
-        drive_and_log(running, logged, race_about(running, setup, car, what, seed), record, look)
-    while running.advance(SCANS_PER_LOOK):
-        if look:
-            look(running)
+            what = f"{track.name}{', reverse' if reverse else ''}"
+            drive_and_log(running, logged, race_about(running, setup, car, what, seed), record, look)
+        while running.advance(SCANS_PER_LOOK):
+            if look:
+                look(running)
+    finally:
+        if isinstance(handle, SeesTruth):
+            handle.see_truth(None, track)
     found = running.result()
     return RaceResult(
         track=track,

@@ -56,8 +56,8 @@ class Handle(Protocol):
 class SeesTruth(Protocol):
     """A driver that an ablation may give the true pose."""
 
-    def see_truth(self, race: _core.Race, track: Track) -> None:
-        """Called once before the first step."""
+    def see_truth(self, race: _core.Race | None, track: Track) -> None:
+        """Called once before the first step; after the last without a race."""
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,7 @@ Pose = tuple[float, float, float]
 Command = tuple[float, float, str]
 SEED = 1
 STOPS = ("no_path", "bad_state")
-LOOK_SPEED = 1.0
+LOOK_BEYOND = 1.0
 """[m] that the net looks beyond the plan's length."""
 
 
@@ -64,10 +64,11 @@ class GlobalDriver:
         self.estimate: Estimate | None = None
         self.seen: dict[str, Any] = {}
 
-    def see_truth(self, race: _core.Race, track: Track) -> None:
+    def see_truth(self, race: _core.Race | None, track: Track) -> None:
         """For the ablation: the simulator's pose, laid on the map by the best fit of its walls."""
-        if self.parts.guard.true_pose:
-            self._race, self._frame = race, align(self.prepared.known, track, race.pose)
+        self._race = race if self.parts.guard.true_pose else None
+        if self._race is not None:
+            self._frame = align(self.prepared.known, track, self._race.pose)
 
     def step(
         self,
@@ -128,7 +129,7 @@ class GlobalDriver:
             self.guard.reset()
             return step.speed, step.steering_angle, step.status
         self._poses = plan_poses(plan, self.controller.table, body[:3])
-        reach = LOOK_SPEED + float(np.hypot(*self._poses[:, :2].T).max())
+        reach = LOOK_BEYOND + float(np.hypot(*self._poses[:, :2].T).max())
         points = returns(ranges, head, speed, yaw_rate, self.guard.body, reach)
         self.guard.look(self._poses, points)
         command, blocked = self.guard.before_block(speed, yaw_rate, step.speed)
@@ -165,8 +166,8 @@ class GlobalHandle:
         self.driver = GlobalDriver(parts, car, prepared)
         self.core: _core.Driver = _core.CallbackDriver(self.driver)
 
-    def see_truth(self, race: _core.Race, track: Track) -> None:
-        """For the ablation, before the first step."""
+    def see_truth(self, race: _core.Race | None, track: Track) -> None:
+        """For the ablation, before the first step and after the last."""
         self.driver.see_truth(race, track)
 
     @property
