@@ -18,12 +18,12 @@ from firstlap.race import OPTION_FIELDS
 from firstlap.raceline.params import LINE_FIELDS
 
 ROOT = Path(__file__).resolve().parents[1]
-HEAD = """<!-- Written by `make docs` from the field tables in cpp/firstlap. Do not edit. -->
+HEAD = """<!-- Written by `make docs` from the field tables. Do not edit. -->
 
 # Parameters
 
-A default stands in one place, its C++ struct; this page, the readers of the YAML files, the bindings and the checks
-loop over the tables beside those structs.
+A default stands in one place, its C++ struct or, for what only Python has, its Python table; this page, the readers of
+the YAML files, the bindings and the checks loop over those tables.
 """
 
 

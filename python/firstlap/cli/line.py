@@ -81,7 +81,8 @@ def line(
     out = console()
     out.print(
         f"{escape(loaded.name)}: lap {found.lap_time:.2f} s on a line of {found.length:.1f} m, "
-        f"{found.speed.min():.1f} to {found.speed.max():.1f} m/s, at least {clearance:.2f} m from the walls"
+        f"{found.speed.min():.1f} to {found.speed.max():.1f} m/s, at least {clearance:.2f} m from the walls",
+        soft_wrap=True,
     )
     out.print(escape(f"line: {output}"), soft_wrap=True)
     if plot:

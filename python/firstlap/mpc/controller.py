@@ -120,10 +120,9 @@ class Controller:
             if good_pose is not None and good_state is not None:
                 self.body = standing(good_pose, good_state, self.model)
         else:
-            gains = self.params.pose_gain, self.params.state_gain
             body = predicted(self.model, self.body, self._commands, begin, self.time)
             age = pose_age if math.isfinite(pose_age) else 0.0
-            self.body = corrected(self.model, body, good_pose, age, good_state, gains)
+            self.body = corrected(self.model, body, good_pose, age, good_state, self.params)
         if good_pose is not None and good_state is not None:
             self._pose_at = self.time
 

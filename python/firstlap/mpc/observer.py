@@ -8,12 +8,10 @@ from collections import deque
 import numpy as np
 
 from firstlap.mpc.model import CREEP, SCALARS, Model, loop_acceleration, motion
+from firstlap.mpc.params import MpcParams
 
 STEP = 0.0125
 """[s] longest integration step."""
-
-DRIFT_GAIN = 4.0
-"""[1/s] lateral speed per metre that a pose is beside the expected one."""
 
 Body = tuple[float, float, float, float, float, float, float]
 """x, y, yaw of base_link (map frame), vx, vy at the centre of gravity, yaw rate, wheel angle."""
@@ -89,17 +87,17 @@ def corrected(
     pose: tuple[float, float, float] | None,
     pose_age: float,
     measured: tuple[float, float, float] | None,
-    gains: tuple[float, float],
+    params: MpcParams,
 ) -> Body:
     """The body pulled towards a pose of `pose_age` [s] ago and measured speed, yaw rate, wheel angle."""
     x, y, yaw, vx, vy, rate, wheel = body
     if measured is not None:
-        gain = gains[1]
+        gain = params.state_gain
         vx += gain * (measured[0] - vx)
         rate += gain * (measured[1] - rate)
         wheel += gain * (measured[2] - wheel)
     if pose is not None:
-        gain = gains[0]
+        gain = params.place_gain
         across = vy - model.l_r * rate
         heading = pose[2] + pose_age * rate
         middle = pose[2] + 0.5 * pose_age * rate
@@ -107,10 +105,10 @@ def corrected(
         dx = pose[0] + pose_age * (vx * c - across * s) - x
         dy = pose[1] + pose_age * (vx * s + across * c) - y
         x, y = x + gain * dx, y + gain * dy
-        yaw = wrapped(yaw + gain * wrapped(heading - yaw))
+        yaw = wrapped(yaw + params.heading_gain * wrapped(heading - yaw))
         # Nothing measures how the car drifts; where it went to the side of where it was expected tells.
         if vx > CREEP:
-            vy += DRIFT_GAIN * gain * (dy * c - dx * s)
+            vy += params.drift_gain * (dy * c - dx * s)
     return x, y, yaw, max(vx, 0.0), vy, rate, wheel
 
 

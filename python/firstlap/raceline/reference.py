@@ -35,7 +35,7 @@ class Reference(NamedTuple):
     status: str
 
 
-def reference_line(track: Track, car: Car, params: LineParams, spacing: float = 0.1) -> Reference:
+def reference_line(track: Track, car: Car, params: LineParams, spacing: float = 0.15) -> Reference:
     """The nonlinear program's line of least time. Raises InputError where casadi is missing."""
     try:
         import casadi as ca
