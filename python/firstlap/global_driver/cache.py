@@ -16,7 +16,7 @@ from firstlap.compare_record import default_folder
 from firstlap.errors import InputError
 
 FACTS = "facts.json"
-SOURCES = ("mapping", "raceline", "tracks", "global_driver/prepare.py", "mpc/model.py")
+SOURCES = ("mapping", "raceline", "tracks", "global_driver/prepare.py", "global_driver/road.py", "mpc/model.py")
 """What of the package's Python a map or a line is made by."""
 
 

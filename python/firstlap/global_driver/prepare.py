@@ -16,6 +16,7 @@ from firstlap.drivers.registry import Look, Preparation
 from firstlap.errors import InputError
 from firstlap.global_driver.cache import key_of, stored
 from firstlap.global_driver.params import Parts
+from firstlap.global_driver.road import road_of
 from firstlap.mapping.make import map_track
 from firstlap.mapping.occupancy_map import OccupancyMap, read_map, write_map
 from firstlap.raceline.line import RaceLine, make_line
@@ -26,14 +27,14 @@ from firstlap.tracks.ros_map import load_ros_map
 from firstlap.tracks.track import Track
 
 MAPPING_SETUP = "sure"
-MAP_FILE, LINE_FILE = "map.yaml", "line.csv"
+MAP_FILE, ROAD_FILE, LINE_FILE = "map.yaml", "road.yaml", "line.csv"
 MAP_SHARE, LINE_SHARE = 0.6, 0.4
 """Of the progress that is shown."""
 
 
 @dataclass(frozen=True)
 class Prepared:
-    """What the driver races with. `walls` is the map read as a track: it is all that the line and the plans know."""
+    """What the driver races with. walls: the road on the map, read as a track; line and plans know nothing else."""
 
     known: OccupancyMap
     walls: Track
@@ -47,7 +48,7 @@ def prepare(track: Track, parts: Parts, car: Car, seed: int, look: Look | None =
     """
     say = look or (lambda _what, _share: None)
     map_folder, mapped, map_known = _map(track, parts, car, seed, say)
-    walls = _read_walls(map_folder / MAP_FILE, track.name)
+    walls = _read_walls(map_folder / ROAD_FILE, track.name)
     line_folder, lined, line_known = _line(map_folder, walls, parts, car, say)
     line = load_line(line_folder / LINE_FILE, walls, car)
     driving, computing = mapped["driving"], mapped["computing"] + lined["computing"]
@@ -88,6 +89,7 @@ def _map(track: Track, parts: Parts, car: Car, seed: int, say: Look) -> tuple[Pa
             look=lambda what, done, total: say(what, MAP_SHARE * min(1.0, done / max(total, 1e-9))),
         )
         write_map(result.map, folder / MAP_FILE)
+        write_map(road_of(result.map, result.poses[:, :2]), folder / ROAD_FILE)
         return {
             "driving": result.mapper.keyframes[-1].time,
             "computing": time.process_time() - begin,
@@ -134,6 +136,6 @@ def _made(walls: Track, car: Car, params: LineParams, say: Look) -> RaceLine:
 
 def _content(folder: Path) -> str:
     digest = hashlib.sha256()
-    for file in sorted(folder.glob("map.*")):
+    for file in sorted([*folder.glob("map.*"), *folder.glob("road.*")]):
         digest.update(file.read_bytes())
     return digest.hexdigest()
