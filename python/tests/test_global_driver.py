@@ -12,16 +12,22 @@ import firstlap
 from firstlap.car_file import load_car
 from firstlap.drivers.registry import Preparation, driver_kind
 from firstlap.errors import InputError
+from firstlap.global_driver.road import road_of
+from firstlap.mapping.occupancy_map import FREE, OCCUPIED, UNKNOWN, OccupancyMap, without_gaps
 from firstlap.race import start_race
 from firstlap.setup_file import Setup, choose_setup
+from firstlap.survey import Run, Survey
 from firstlap.tracks.track import Track
 
 pytest.importorskip("piqp")
 pytest.importorskip("gtsam")
 
 CAR = load_car("default")
-COARSE = ["line.curvature_rounds=8", "line.time_rounds=4", "line.spacing=0.2", "map_drive.speed=3", "time_limit=1"]
-"""A line in a moment; and a busy machine must not make a plan late."""
+COARSE = [
+    *("line.curvature_rounds=8", "line.time_rounds=4", "line.spacing=0.2", "mpc.stages=20", "time_limit=1"),
+    *("map_drive.speed=3", "map_drive.overlap=3", "map_graph.edges=3", "particles_min=300", "particles_max=1000"),
+]
+"""Map, line and plans in a moment; and a busy machine must not make a plan late."""
 STATUSES = ("ok", "holding", "no_path", "blocked", "bad_scan", "bad_state")
 
 
@@ -115,7 +121,7 @@ def test_a_lost_filter_stops_the_car_clear_of_the_walls(oval, prepared, at):
     def lose(driver):
         driver._pose = lambda *_: None
 
-    result, statuses, speeds = drive(oval, prepared, change=lose, at=at, seconds=at + 3.0)
+    result, statuses, speeds = drive(oval, prepared, change=lose, at=at, seconds=at + 2.0)
     assert stood(result, speeds)
     assert statuses[-1] == "no_path"
 
@@ -146,7 +152,7 @@ def test_a_wall_that_the_map_does_not_know_stops_the_car_before_it(oval, prepare
         visible=[*oval.visible, True],
         solid=[*oval.solid, True],
     )
-    result, statuses, speeds = drive(closed, prepared, seconds=6.0)
+    result, statuses, speeds = drive(closed, prepared, seconds=4.0)
     assert stood(result, speeds)
     assert "blocked" in statuses
 
@@ -164,7 +170,7 @@ def test_a_solver_that_fails_is_survived_along_the_last_plan_then_stopped(oval, 
     def fail(driver):
         driver.controller._solver.solve = lambda: None
 
-    result, statuses, speeds = drive(oval, prepared, change=fail, seconds=5.0)
+    result, statuses, speeds = drive(oval, prepared, change=fail, seconds=3.5)
     assert stood(result, speeds)
     assert "holding" in statuses
     assert statuses[-1] == "no_path"
@@ -175,7 +181,7 @@ def test_plans_that_come_late_are_survived_along_the_last_one_then_stopped(oval,
         ticks = iter(range(10**9))
         driver.controller._clock = lambda: 10.0 * next(ticks)
 
-    result, statuses, speeds = drive(oval, prepared, change=slow, seconds=5.0)
+    result, statuses, speeds = drive(oval, prepared, change=slow, seconds=3.5)
     assert stood(result, speeds)
     assert "holding" in statuses
     assert statuses[-1] == "no_path"
@@ -197,6 +203,36 @@ def test_absurd_data_never_raises(prepared):
                 assert speed == 0.0
                 assert np.isfinite(steering)
                 assert status != "ok"
+
+
+def test_a_survey_races_it_in_processes(oval, prepared):
+    survey = Survey(coarse(), CAR, laps=1)
+    survey.drive([Run("oval", oval, reverse=False, seed=1)])
+    found = survey.to_dict()
+    assert (found["driver"], found["finished"]) == ("global", 1)
+
+
+def test_the_road_of_a_map_ends_at_joints_that_only_the_laser_passes():
+    cells = np.full((60, 200), UNKNOWN, dtype=np.uint8)
+    cells[10:30, 5:195] = FREE  # the road, 1 m wide
+    cells[30, 5:195] = OCCUPIED
+    cells[30, 100:106] = FREE  # a joint of 0.3 m
+    cells[31:55, 5:195] = FREE  # what shows through it
+    road = road_of(OccupancyMap(cells, 0.05, (0.0, 0.0, 0.0)), np.array([[1.0, 1.0], [9.0, 1.0]])).cells
+    assert (road[13:27, 10:190] == FREE).all()
+    assert (road[36:] != FREE).all()
+    assert (road[cells == OCCUPIED] == OCCUPIED).all()
+
+
+def test_small_unmet_places_of_a_map_are_free_unless_a_wall_is_near():
+    cells = np.zeros((20, 20), dtype=np.uint8)
+    cells[5, 5:8] = UNKNOWN
+    cells[12, 12], cells[13, 12] = UNKNOWN, OCCUPIED
+    cells[16:19, 0:9] = UNKNOWN
+    filled = without_gaps(cells, 0.03)
+    assert (filled[5, 5:8] == FREE).all()
+    assert filled[12, 12] == UNKNOWN
+    assert (filled[16:19, 0:9] == UNKNOWN).all()
 
 
 def test_the_ablation_drives_by_the_true_pose_and_says_so(cli, oval, prepared):

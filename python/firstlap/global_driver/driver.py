@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from firstlap import _core
 from firstlap.car_file import Car
-from firstlap.global_driver.guard import Guard, plan_poses, returns
+from firstlap.global_driver.guard import Guard, returns, way_ahead
 from firstlap.global_driver.params import Parts
 from firstlap.global_driver.prepare import MAPPING_SETUP, Prepared
 from firstlap.localisation.localiser import Estimate, Localiser, ScanHeader
@@ -28,8 +28,6 @@ Pose = tuple[float, float, float]
 Command = tuple[float, float, str]
 SEED = 1
 STOPS = ("no_path", "bad_state")
-LOOK_BEYOND = 1.0
-"""[m] that the net looks beyond the plan's length."""
 
 
 class GlobalDriver:
@@ -128,10 +126,9 @@ class GlobalDriver:
         if plan is None or body is None or step.status in STOPS:
             self.guard.reset()
             return step.speed, step.steering_angle, step.status
-        self._poses = plan_poses(plan, self.controller.table, body[:3])
-        reach = LOOK_BEYOND + float(np.hypot(*self._poses[:, :2].T).max())
-        points = returns(ranges, head, speed, yaw_rate, self.guard.body, reach)
-        self.guard.look(self._poses, points)
+        way = way_ahead(plan, self.controller.table, body[:3], self.guard.reach(speed))
+        reach = self.guard.body.front + float(np.hypot(*way[:, :2].T).max())
+        self.guard.look(way, returns(ranges, head, speed, yaw_rate, self.guard.body, reach))
         command, blocked = self.guard.before_block(speed, yaw_rate, step.speed)
         return command, step.steering_angle, "blocked" if blocked else step.status
 

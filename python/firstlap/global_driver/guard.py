@@ -20,25 +20,43 @@ CRAWL = 0.3
 """[m/s] below which a stopping car is told to stand."""
 EVERY = 2
 """Stages of the plan from one place that is looked at to the next."""
+BEYOND = 0.3
+"""[m] from one place to the next beyond the plan."""
 URGENT = 0.5
 """Share of the braking that is there, beyond which the car begins to brake for what blocks its plan."""
+ACTING, SPARE = 0.15, 0.5
+"""[s] until a command acts, after as many scans as it takes to be sure; and [m] to be on the safe side."""
 HURRY = 1.2
 """Brakes so much harder than the distance asks for: the command acts late."""
 
 
 def plan_poses(plan: Plan, table: LineTable, origin: tuple[float, float, float]) -> FloatArray:
     """(N + 1, 3) poses of base_link along a plan, as seen from a pose in the frame of the line."""
-    place = plan.states[S] / table.spacing
+    return _poses(plan.states[S], plan.states[OFFSET], plan.states[COURSE], table, origin)
+
+
+def way_ahead(plan: Plan, table: LineTable, origin: tuple[float, float, float], length: float) -> FloatArray:
+    """(K, 3) the same for every other stage, and on beside the line until `length` [m] from the plan's beginning."""
+    begin, end = float(plan.states[S, 0]), float(plan.states[S, -1])
+    on = np.arange(end + BEYOND, begin + length, BEYOND)
+    s, offset = np.append(plan.states[S, ::EVERY], on), np.append(plan.states[OFFSET, ::EVERY], 0.0 * on)
+    offset[len(offset) - len(on) :] = plan.states[OFFSET, -1]
+    return _poses(s, offset, np.append(plan.states[COURSE, ::EVERY], 0.0 * on), table, origin)
+
+
+def _poses(
+    s: FloatArray, offset: FloatArray, course: FloatArray, table: LineTable, origin: tuple[float, float, float]
+) -> FloatArray:
+    place = s / table.spacing
     index = np.floor(place).astype(np.intp)
     i = index % len(table.points)
     part = (place - index) * table.spacing
     heading = table.heading[i] + part * table.curvature[i]
     middle = table.heading[i] + 0.5 * part * table.curvature[i]
-    offset = plan.states[OFFSET]
     x = table.points[i, 0] + part * np.cos(middle) - offset * np.sin(heading) - origin[0]
     y = table.points[i, 1] + part * np.sin(middle) + offset * np.cos(heading) - origin[1]
     c, s = math.cos(origin[2]), math.sin(origin[2])
-    return np.column_stack([c * x + s * y, c * y - s * x, heading + plan.states[COURSE] - origin[2]])
+    return np.column_stack([c * x + s * y, c * y - s * x, heading + course - origin[2]])
 
 
 @dataclass(frozen=True)
@@ -90,23 +108,27 @@ class Guard:
 
         Only what several scans in a row have seen counts.
         """
-        found = self._first(poses[::EVERY], points)
+        found = self._first(poses, points)
         self._seen = self._seen + 1 if found is not None else 0
         self.blocked_at = found if self._seen >= self.params.blocked_scans else None
         return self.blocked_at
 
     def _first(self, poses: FloatArray, points: FloatArray) -> float | None:
+        if not len(points):
+            return None
         body, shrink = self.body, self.params.shrink
         c, s = np.cos(poses[:, 2:]), np.sin(poses[:, 2:])
         dx, dy = points[:, 0] - poses[:, :1], points[:, 1] - poses[:, 1:2]
         along, across = c * dx + s * dy, c * dy - s * dx
+        way = np.hypot(*poses[0, :2]) + np.append(0.0, np.cumsum(np.hypot(*np.diff(poses[:, :2], axis=0).T)))
         inside = (along > body.rear + shrink) & (along < body.front - shrink)
-        inside &= np.abs(across) < body.half_width - shrink
+        inside &= np.abs(across) < body.half_width - shrink - self.params.doubt * way[:, None]
         hit = np.flatnonzero(inside.sum(axis=1) >= self.params.blocking)
-        if not len(hit):
-            return None
-        way = poses[: hit[0] + 1, :2]
-        return float(np.hypot(*way[0]) + np.hypot(*np.diff(way, axis=0).T).sum())
+        return float(way[hit[0]]) if len(hit) else None
+
+    def reach(self, speed: float) -> float:
+        """[m] of way that must be seen free: to stop, with what the command takes to act."""
+        return self.params.gap + SPARE + speed * ACTING + HURRY * 0.5 * speed * speed / self.most_brake(speed, 0.0)
 
     def most_brake(self, speed: float, yaw_rate: float) -> float:
         """[m/s^2] that the tyres have left for braking while the car corners."""

@@ -27,6 +27,7 @@ class GuardParams:
     lost_pause: float = row(0.2, "s", 0.0, 1.0, "without a pose the plan is followed for so long, braking; then scans")
     jump: float = row(0.4, "m", 0.05, 5.0, "a pose this far from the expected one starts the controller anew")
     shrink: float = row(0.05, "m", 0.0, 0.15, "a return this deep inside the planned sweep of the car blocks it")
+    doubt: float = row(0.008, "", 0.0, 0.1, "and so much deeper per metre of way to it: the heading is not exact")
     blocking: int = row(3, "", 1, 100, "returns that it takes to block the plan")
     blocked_scans: int = row(2, "", 1, 20, "scans in a row that must see it")
     gap: float = row(0.3, "m", 0.0, 2.0, "distance to what blocks the plan at which the car stands")
