@@ -53,6 +53,14 @@ def driver_chapter(kind: DriverKind) -> str:
     first = "" if kind.name == "local" else f" It begins with the line `driver: {kind.name}`."
     names = "Any of these names also works with `--set NAME=VALUE`."
     text = f"Sections of a setup file (`--setup FILE`) of the driver `{kind.name}`, {kind.title}.{first} {names}"
+    if kind.name == "global":
+        text += (
+            " Its sections are `guard`, those of lines (`line`) and of predictive control (`mpc`), and those of mapping"
+            " and localisation, whose names begin with `map_` and `pose_` here: `map_drive`, `pose_filter`. Their rows"
+            " stand in the chapters further down."
+        )
+        own = FieldTable(vars(entry) for entry in kind.fields.fields if entry.section == "guard")
+        return chapter(f"Setups of `{kind.name}`", text, own)
     return chapter(f"Setups of `{kind.name}`", text, kind.fields)
 
 

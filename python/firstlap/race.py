@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from firstlap import _core
 from firstlap.car_file import Car, load_car
-from firstlap.drivers.registry import CoreHandle, Handle, Preparation, driver_kind
+from firstlap.drivers.registry import CoreHandle, Handle, Look, Preparation, SeesTruth, driver_kind
 from firstlap.errors import InputError
 from firstlap.parameters import FieldTable
 from firstlap.setup_file import Setup, choose_setup
@@ -71,7 +71,7 @@ class RaceResult:
     path: columns, one entry per scan, map frame and SI: time, x, y, yaw, speed, s, lateral_offset, ...
     compute_times: (steps,) microseconds of each driver step, by its thread's CPU clock.
     skipped_scans: that came while the driver was busy and were overtaken by the next.
-    latency: what of the compute time delayed the commands.
+    latency: what of the compute time delayed the commands. preparation: what came before the race.
     """
 
     track: Track
@@ -90,6 +90,7 @@ class RaceResult:
     skipped_scans: int = 0
     latency: str = "none"
     obstacle: ObstacleSeen | None = None
+    preparation: Preparation = field(default_factory=Preparation)
 
     @property
     def finished(self) -> bool:
@@ -131,6 +132,7 @@ class RaceResult:
             "latency": self.latency,
             "skipped_scans": self.skipped_scans,
             "compute": self.compute,
+            **({"preparation": self.preparation.to_dict()} if driver_kind(self.setup.driver).needs_map else {}),
         }
 
     def plot(self, path: str | Path) -> None:
@@ -193,6 +195,7 @@ def race(
     preparation: Preparation | None = None,
     options: Mapping[str, float] | None = None,
     look: Callable[[_core.Race], object] | None = None,
+    preparing: Look | None = None,
     record: str | Path | None = None,
 ) -> RaceResult:
     """Races until the laps are driven, or the car touches a wall, stands, or turns back.
@@ -201,7 +204,8 @@ def race(
     random. latency: measured, fixed:MS or none, how the driver's compute time delays its commands. preparation: what
     the driver made of the track before, where it needs a map (it prepares itself otherwise). options: of the field
     table `RaceOptions`, such as mu_scale. look: called about once a simulated second with the race so far; an
-    exception from it ends the race. record: an .mcap file for its log, see docs/recordings.md. Raises InputError.
+    exception from it ends the race. preparing: called while the driver prepares
+    itself. record: an .mcap file for its log, see docs/recordings.md. Raises InputError.
     """
     setup = choose_setup(driver, setup)
     kind = driver_kind(setup.driver)
@@ -210,19 +214,25 @@ def race(
     if reverse:
         track = track.reversed()
     if preparation is None:
-        preparation = kind.prepare(track, setup, car, seed, None)
+        preparation = kind.prepare(track, setup, car, seed, preparing)
     handle = kind.make(setup.params(car.core), car, preparation)
     logged = None if record is None else _core.LoggedDriver(handle.core)
     starter = handle if logged is None else CoreHandle(logged)
     running = start_race(track, starter, car, laps=laps, seed=seed, options={**delay, **(options or {})})
-    if record is not None and logged is not None:
-        from firstlap.recordings.race_log import drive_and_log, race_about
+    try:
+        if isinstance(handle, SeesTruth):
+            handle.see_truth(running, track)
+        if record is not None and logged is not None:
+            from firstlap.recordings.race_log import drive_and_log, race_about
 
-        what = f"{track.name}{', reverse' if reverse else ''}"
-        drive_and_log(running, logged, race_about(running, setup, car, what, seed), record, look)
-    while running.advance(SCANS_PER_LOOK):
-        if look:
-            look(running)
+            what = f"{track.name}{', reverse' if reverse else ''}"
+            drive_and_log(running, logged, race_about(running, setup, car, what, seed), record, look)
+        while running.advance(SCANS_PER_LOOK):
+            if look:
+                look(running)
+    finally:
+        if isinstance(handle, SeesTruth):
+            handle.see_truth(None, track)
     found = running.result()
     return RaceResult(
         track=track,
@@ -241,4 +251,5 @@ def race(
         skipped_scans=found["skipped_scans"],
         latency=latency,
         obstacle=ObstacleSeen(**found["obstacle"]) if found["obstacle"] else None,
+        preparation=preparation,
     )

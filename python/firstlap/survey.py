@@ -6,7 +6,7 @@ import os
 import statistics
 import threading
 from collections.abc import Callable, Iterable, Mapping
-from concurrent.futures import ThreadPoolExecutor, as_completed
+from concurrent.futures import Executor, Future, ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -14,6 +14,7 @@ from firstlap import _core
 from firstlap.car_file import Car
 from firstlap.drivers.registry import Preparation, driver_kind
 from firstlap.race import RaceResult, race
+from firstlap.race_process import RacePool, bare, packed, race_in_process, restored
 from firstlap.setup_file import Setup
 from firstlap.tracks.track import Track
 
@@ -87,20 +88,49 @@ class Survey:
 
     def drive(self, runs: Iterable[Run], done: Callable[[Run, RaceResult], object] | None = None) -> None:
         """Drives all runs; `done` is called in this thread after each. Interrupted: what was finished stands."""
-        pool = ThreadPoolExecutor(max_workers=os.cpu_count())
+        jobs = os.cpu_count() or 1
+        if driver_kind(self.setup.driver).in_python:
+            processes = RacePool(jobs)
+            self._drive(processes, runs, lambda run: self._sent(processes, run), done, processes.stop)
+            return
+        threads = ThreadPoolExecutor(max_workers=jobs)
+        self._drive(threads, runs, lambda run: threads.submit(self._race, run), done, self._stop)
+
+    def _drive(
+        self,
+        pool: Executor,
+        runs: Iterable[Run],
+        submit: Callable[[Run], Future[Any]],
+        done: Callable[[Run, RaceResult], object] | None,
+        stop: Any,
+    ) -> None:
         try:
             futures = {}
             for run in runs:
                 self.summaries.setdefault(run.spec, TrackSummary(run.spec, run.track.length))
-                futures[pool.submit(self._race, run)] = run
+                futures[submit(run)] = run
             for future in as_completed(futures):
-                run = futures[future]
-                self.summaries[run.spec].results.append(future.result())
+                run, found = futures[future], future.result()
+                if not isinstance(found, RaceResult):
+                    track = run.track.reversed() if run.reverse else run.track
+                    found = restored(found, track, self.setup, self.car)
+                self.summaries[run.spec].results.append(found)
                 if done:
-                    done(run, future.result())
+                    done(run, found)
         finally:
-            self._stop.set()
+            stop.set()
             pool.shutdown(wait=True, cancel_futures=True)
+
+    def _sent(self, pool: RacePool, run: Run) -> Future[Any]:
+        """The race, asked of another process."""
+        options = {
+            "laps": self.laps,
+            "seed": run.seed,
+            "reverse": run.reverse,
+            "preparation": self._prepared(run),
+            "options": self.options,
+        }
+        return pool.submit(race_in_process, bare(run.track), self.setup, packed(self.car), options)
 
     def _race(self, run: Run) -> RaceResult:
         return race(

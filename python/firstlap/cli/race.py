@@ -31,9 +31,12 @@ from firstlap.cli.common import (
     print_json,
     progress_bar,
 )
+from firstlap.drivers.registry import Look
+from firstlap.errors import InputError
 from firstlap.output import LOGS, check_writable
 from firstlap.race import RaceResult, latency_options
 from firstlap.race import race as run_race
+from firstlap.setup_file import Setup
 from firstlap.tracks.library import load_track
 
 
@@ -48,6 +51,9 @@ def race(
     car: CarOption = "default",
     options: ConditionOption = None,
     latency: LatencyOption = "none",
+    true_pose: Annotated[
+        bool, typer.Option("--true-pose", help="An ablation of global: the simulator's pose instead of its own.")
+    ] = False,
     plot: Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Write a picture of the race.")] = None,
     record: Annotated[
         Path | None, typer.Option("--record", metavar="FILE.mcap", help="Log everything as ROS messages.")
@@ -62,12 +68,14 @@ def race(
     if record:
         check_writable(record, LOGS)
     chosen = chosen_setup(setup, changes, driver)
+    if true_pose:
+        chosen = _with_true_pose(chosen)
     latency_options(latency)
     conditions = chosen_options(options)
     loaded_car = load_car(car)
     loaded = load_track(track)
 
-    def drive(look: Callable[[_core.Race], object]) -> RaceResult:
+    def drive(look: Callable[[_core.Race], object], preparing: Look) -> RaceResult:
         return run_race(
             loaded,
             chosen,
@@ -78,6 +86,7 @@ def race(
             latency=latency,
             options=conditions,
             look=look,
+            preparing=preparing,
             record=record,
         )
 
@@ -91,7 +100,15 @@ def race(
     return 0 if result.finished else 1
 
 
-def _watched(drive: Callable[[Callable[[_core.Race], object]], RaceResult], laps: int, length: float) -> RaceResult:
+def _with_true_pose(setup: Setup) -> Setup:
+    if "guard.true_pose" not in [entry.key for entry in setup.fields.fields]:
+        raise InputError(f"--true-pose: the driver {setup.driver} has no use for a pose; expected --driver global")
+    return setup.with_values({"guard.true_pose": True})
+
+
+def _watched(
+    drive: Callable[[Callable[[_core.Race], object], Look], RaceResult], laps: int, length: float
+) -> RaceResult:
     columns = (TextColumn("{task.description}"), BarColumn(50), TextColumn("{task.fields[speed]:.1f} m/s"))
     with progress_bar(*columns) as bar:
         task = bar.add_task(f"lap 1 of {laps}", total=laps * length, speed=0.0)
@@ -99,7 +116,10 @@ def _watched(drive: Callable[[Callable[[_core.Race], object]], RaceResult], laps
         def look(running: _core.Race) -> None:
             _show(bar, task, running, laps)
 
-        return drive(look)
+        def preparing(what: str, share: float) -> None:
+            bar.update(task, description=what, completed=share * laps * length)
+
+        return drive(look, preparing)
 
 
 def _show(bar: Progress, task: int, running: _core.Race, laps: int) -> None:
@@ -136,6 +156,12 @@ def _print(result: RaceResult, plot: Path | None, record: Path | None) -> None:
         out.print(f"[bold red]contact[/] {where} (x {result.contact.x:.2f}, y {result.contact.y:.2f})")
     elif not result.finished:
         out.print(f"[bold red]{result.outcome.replace('_', ' ')}[/] after {result.time:.2f} s")
+    before = result.preparation
+    if before.seconds:
+        kept = ", kept from before" if before.cached else ""
+        out.print(f"preparation: {before.driving:.1f} s of driving, {before.computing:.1f} s of computing{kept}")
+        for remark in before.notes:
+            note(remark)
     compute = result.compute
     if compute["p50"] is not None:
         out.print(f"a step took {compute['p50']:.0f} µs (p50), {compute['p99']:.0f} µs (p99)")

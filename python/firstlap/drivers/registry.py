@@ -9,7 +9,7 @@ import difflib
 import importlib
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 from firstlap import _core
 from firstlap.errors import InputError
@@ -52,16 +52,38 @@ class Handle(Protocol):
         """What the last step saw and thought."""
 
 
+@runtime_checkable
+class SeesTruth(Protocol):
+    """A driver that an ablation may give the true pose."""
+
+    def see_truth(self, race: _core.Race | None, track: Track) -> None:
+        """Called once before the first step; after the last without a race."""
+
+
 @dataclass(frozen=True)
 class Preparation:
     """What a driver that needs a map made of the track before the race.
 
-    seconds: of simulated driving and of computing that it took; given: whatever its `make` wants; it must pickle.
+    seconds: of simulated driving and of computing that it took, together; driving, computing: each of them; cached:
+    whether all of it was there from before; given: whatever its `make` wants; it must pickle.
     """
 
     seconds: float = 0.0
     notes: tuple[str, ...] = ()
     given: Any = None
+    driving: float = 0.0
+    computing: float = 0.0
+    cached: bool = False
+
+    def to_dict(self) -> dict[str, Any]:
+        """As `firstlap race --json` prints it: seconds of simulated driving and of processor time, and remarks."""
+        return {
+            "seconds": round(self.seconds, 3),
+            "driving": round(self.driving, 3),
+            "computing": round(self.computing, 3),
+            "cached": self.cached,
+            "notes": list(self.notes),
+        }
 
 
 class CoreHandle:
@@ -148,7 +170,7 @@ def _core_kind(name: str, title: str, params: Any, driver: Any, default_setup: s
     )
 
 
-PYTHON_DRIVERS: dict[str, str] = {}
+PYTHON_DRIVERS: dict[str, str] = {"global": "firstlap.global_driver.kind"}
 """Name -> module with a function `driver_kind()` that gives its DriverKind; imported when it is asked for."""
 
 

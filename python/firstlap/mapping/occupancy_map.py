@@ -21,6 +21,8 @@ from firstlap.tracks.track import FloatArray
 
 FREE, OCCUPIED, UNKNOWN = 0, 1, 2
 GRAY = np.array([254, 0, UNKNOWN_GRAY], dtype=np.uint8)
+GAP = 0.02
+"""[m^2] up to which an unknown place among free ones is free."""
 MAP_SUFFIXES = (".yaml", ".yml")
 
 
@@ -81,7 +83,26 @@ def draw_map(
         grid.add(tuple(pose), laser_x, keyframe.points)
         look(number)
     x, y, yaw = (float(value) for value in poses[0])
-    return OccupancyMap(grid.cells(), resolution, (float(low[0]), float(low[1]), 0.0), (x, y, yaw))
+    return OccupancyMap(
+        without_gaps(grid.cells(), resolution), resolution, (float(low[0]), float(low[1]), 0.0), (x, y, yaw)
+    )
+
+
+def without_gaps(cells: npt.NDArray[np.uint8], resolution: float) -> npt.NDArray[np.uint8]:
+    """Cells (rows, columns) with small unknown places among nothing but free ones made free.
+
+    Beams that return nothing draw nothing: a few cells far down a straight stay unmet, where a wall would have been
+    seen.
+    """
+    from scipy import ndimage
+
+    eight = np.ones((3, 3), dtype=np.bool_)
+    places, _ = ndimage.label(cells == UNKNOWN, structure=eight)
+    walled = np.unique(places[ndimage.binary_dilation(cells == OCCUPIED, structure=eight)])
+    small = np.bincount(places.ravel()) * resolution**2 < GAP
+    small[walled] = False
+    small[0] = False
+    return np.where(small[places], np.uint8(FREE), cells)
 
 
 def write_map(drawn: OccupancyMap, path: str | Path) -> Path:

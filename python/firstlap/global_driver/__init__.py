@@ -1,0 +1,1 @@
+"""The map-based driver: map, line, localisation and predictive control in one chain."""

@@ -1,0 +1,175 @@
+"""The map-based driver: one scan and noisy odometry in, one command out."""
+
+from __future__ import annotations
+
+import math
+from time import thread_time
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from firstlap import _core
+from firstlap.car_file import Car
+from firstlap.global_driver.guard import Guard, returns, way_ahead
+from firstlap.global_driver.params import Parts
+from firstlap.global_driver.prepare import MAPPING_SETUP, Prepared
+from firstlap.localisation.localiser import Estimate, Localiser, ScanHeader
+from firstlap.mapping.check import align
+from firstlap.mapping.poses import between
+from firstlap.mpc.controller import Controller, Step
+from firstlap.mpc.observer import finite
+from firstlap.raceline.corridor import Corridor
+from firstlap.raceline.line import check_clear
+from firstlap.setup_file import load_setup
+from firstlap.tracks.track import FloatArray, Track
+
+Pose = tuple[float, float, float]
+Command = tuple[float, float, str]
+SEED = 1
+STOPS = ("no_path", "bad_state")
+
+
+class GlobalDriver:
+    """Localisation, predictive control and the net below them. What `_core.CallbackDriver` calls.
+
+    status: ok; holding: no pose, or no plan in time: the last one is followed; no_path: lost, or no plan for too
+    long: the car stops along the way that the scan shows free; blocked: returns stand in the plan.
+    """
+
+    def __init__(self, parts: Parts, car: Car, prepared: Prepared) -> None:
+        """Raises InputError for a line that takes the car into a wall of the map."""
+        self.parts, self.prepared = parts, prepared
+        check_clear(prepared.line, Corridor(prepared.walls, car), prepared.line.source)
+        self.localiser = Localiser(prepared.known, car, SEED, parts.localiser)
+        # The time limit is of this thread alone: what else the machine does makes no plan late.
+        self.controller = Controller(prepared.line, prepared.walls, car, parts.mpc, clock=thread_time)
+        self.guard = Guard(parts.guard, car, self.controller.model)
+        self._by_scan = _core.Racer(load_setup(MAPPING_SETUP).params(car.core))
+        self._race: _core.Race | None = None
+        self._frame: FloatArray | None = None
+        self.reset()
+
+    def reset(self) -> None:
+        """Forgets everything: the car stands on the map's start."""
+        self.localiser.start(self.prepared.known.start or (0.0, 0.0, 0.0))
+        self.controller.reset()
+        self.guard.reset()
+        self._by_scan.reset()
+        self._lost_for = 0.0
+        self._on_scan = False
+        self._previous_steering = 0.0
+        self.estimate: Estimate | None = None
+        self.seen: dict[str, Any] = {}
+
+    def see_truth(self, race: _core.Race | None, track: Track) -> None:
+        """For the ablation: the simulator's pose, laid on the map by the best fit of its walls."""
+        self._race = race if self.parts.guard.true_pose else None
+        if self._race is not None:
+            self._frame = align(self.prepared.known, track, self._race.pose)
+
+    def step(
+        self,
+        ranges: npt.NDArray[np.float32],
+        speed: float,
+        yaw_rate: float,
+        steering_angle: float,
+        dt: float,
+        header: dict[str, float],
+    ) -> Command:
+        """One command. Never raises for bad data."""
+        head = ScanHeader(**header)
+        pose = self._pose(ranges, (speed, yaw_rate, steering_angle), dt, head)
+        self._meet(pose)
+        step = self.controller.step(pose, speed, yaw_rate, steering_angle, dt)
+        good = finite((speed, yaw_rate, steering_angle), 100.0)
+        v, r = (max(0.0, speed), yaw_rate) if good else (0.0, 0.0)
+        command = self._checked(step, ranges, head, v, r)
+        if pose is None or step.status in STOPS:
+            self._lost_for += dt if math.isfinite(dt) else 0.0
+            command = self._without_pose(step, command, ranges, (speed, yaw_rate, steering_angle), dt, head)
+        else:
+            self._lost_for, self._on_scan = 0.0, False
+        if command[:2] != step[:2]:
+            self.controller.replace(command[0], command[1])
+        self._previous_steering = command[1]
+        self.seen = {"ranges": ranges, "header": head, "result": command, "pose": pose}
+        return command
+
+    # The pose.
+
+    def _pose(
+        self, ranges: npt.NDArray[np.float32], state: tuple[float, float, float], dt: float, head: ScanHeader
+    ) -> Pose | None:
+        if self._race is not None and self._frame is not None:
+            x, y, yaw = between(self._frame, np.array(self._race.pose))
+            return float(x), float(y), float(yaw)
+        self.estimate = found = self.localiser.step(ranges, *state, dt, head)
+        return None if found.lost else (found.x, found.y, found.yaw)
+
+    def _meet(self, pose: Pose | None) -> None:
+        """A pose that is far from the expected one: what the controller believed was wrong."""
+        body = self.controller.body
+        if pose is None or body is None:
+            return
+        if math.hypot(pose[0] - body[0], pose[1] - body[1]) > self.parts.guard.jump:
+            self.controller.reset()
+            self.guard.reset()
+
+    # The net.
+
+    def _checked(
+        self, step: Step, ranges: npt.NDArray[np.float32], head: ScanHeader, speed: float, yaw_rate: float
+    ) -> Command:
+        """The command, unless returns stand in the plan."""
+        plan, body = self.controller.plan, self.controller.body
+        if plan is None or body is None or step.status in STOPS:
+            self.guard.reset()
+            return step.speed, step.steering_angle, step.status
+        way = way_ahead(plan, self.controller.table, body[:3], self.guard.reach(speed))
+        reach = self.guard.body.front + float(np.hypot(*way[:, :2].T).max())
+        self.guard.look(way, returns(ranges, head, speed, yaw_rate, self.guard.body, reach))
+        command, blocked = self.guard.before_block(speed, yaw_rate, step.speed)
+        return command, step.steering_angle, "blocked" if blocked else step.status
+
+    def _without_pose(
+        self,
+        step: Step,
+        command: Command,
+        ranges: npt.NDArray[np.float32],
+        state: tuple[float, float, float],
+        dt: float,
+        head: ScanHeader,
+    ) -> Command:
+        """Brakes: along the plan for a moment, then along the way that the scan shows free."""
+        speed = max(0.0, state[0]) if math.isfinite(state[0]) else 0.0
+        slower = min(command[0], self.guard.stopping(speed, state[1] if math.isfinite(state[1]) else 0.0))
+        if self._lost_for <= self.parts.guard.lost_pause and step.status not in STOPS:
+            return slower, step.steering_angle, command[2] if command[2] == "blocked" else "holding"
+        if not self._on_scan:
+            self._by_scan.reset()
+            self._on_scan = True
+        by_scan = self._by_scan.step(ranges, *state, dt, *head)
+        status = by_scan[2] if by_scan[2] in ("bad_scan", "bad_state") else "no_path"
+        seen = by_scan[2] in ("ok", "holding")
+        steering = by_scan[1] if seen else self._previous_steering
+        return min(slower, by_scan[0]) if seen else slower, steering, status
+
+
+class GlobalHandle:
+    """The driver as races take it."""
+
+    def __init__(self, parts: Parts, car: Car, prepared: Prepared) -> None:
+        self.driver = GlobalDriver(parts, car, prepared)
+        self.core: _core.Driver = _core.CallbackDriver(self.driver)
+
+    def see_truth(self, race: _core.Race | None, track: Track) -> None:
+        """For the ablation, before the first step and after the last."""
+        self.driver.see_truth(race, track)
+
+    @property
+    def trace(self) -> dict[str, Any]:
+        """What the last step saw and thought, see `global_driver.trace`."""
+        from firstlap.global_driver.trace import trace_of
+
+        return trace_of(self.driver)

@@ -1,0 +1,157 @@
+"""The safety net: how hard the car may brake, and whether the scan shows the planned way free."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from firstlap.car_file import Car
+from firstlap.global_driver.params import GuardParams
+from firstlap.localisation.localiser import ScanHeader
+from firstlap.mpc.horizon import COURSE, OFFSET, Plan, S
+from firstlap.mpc.line_table import LineTable
+from firstlap.mpc.model import Model
+from firstlap.tracks.track import FloatArray
+
+CRAWL = 0.3
+"""[m/s] below which a stopping car is told to stand."""
+EVERY = 2
+"""Stages of the plan from one place that is looked at to the next."""
+BEYOND = 0.3
+"""[m] from one place to the next beyond the plan."""
+URGENT = 0.5
+"""Share of the braking that is there, beyond which the car begins to brake for what blocks its plan."""
+ACTING, SPARE = 0.15, 0.5
+"""[s] until a command acts, after as many scans as it takes to be sure; and [m] to be on the safe side."""
+HURRY = 1.2
+"""Brakes so much harder than the distance asks for: the command acts late."""
+
+
+def plan_poses(plan: Plan, table: LineTable, origin: tuple[float, float, float]) -> FloatArray:
+    """(N + 1, 3) poses of base_link along a plan, as seen from a pose in the frame of the line."""
+    return _poses(plan.states[S], plan.states[OFFSET], plan.states[COURSE], table, origin)
+
+
+def way_ahead(plan: Plan, table: LineTable, origin: tuple[float, float, float], length: float) -> FloatArray:
+    """(K, 3) the same for every other stage, and on beside the line until `length` [m] from the plan's beginning."""
+    begin, end = float(plan.states[S, 0]), float(plan.states[S, -1])
+    on = np.arange(end + BEYOND, begin + length, BEYOND)
+    s, offset = np.append(plan.states[S, ::EVERY], on), np.append(plan.states[OFFSET, ::EVERY], 0.0 * on)
+    offset[len(offset) - len(on) :] = plan.states[OFFSET, -1]
+    return _poses(s, offset, np.append(plan.states[COURSE, ::EVERY], 0.0 * on), table, origin)
+
+
+def _poses(
+    s: FloatArray, offset: FloatArray, course: FloatArray, table: LineTable, origin: tuple[float, float, float]
+) -> FloatArray:
+    place = s / table.spacing
+    index = np.floor(place).astype(np.intp)
+    i = index % len(table.points)
+    part = (place - index) * table.spacing
+    heading = table.heading[i] + part * table.curvature[i]
+    middle = table.heading[i] + 0.5 * part * table.curvature[i]
+    x = table.points[i, 0] + part * np.cos(middle) - offset * np.sin(heading) - origin[0]
+    y = table.points[i, 1] + part * np.sin(middle) + offset * np.cos(heading) - origin[1]
+    c, s = math.cos(origin[2]), math.sin(origin[2])
+    return np.column_stack([c * x + s * y, c * y - s * x, heading + course - origin[2]])
+
+
+@dataclass(frozen=True)
+class Body:
+    """The car's rectangle in base_link and its laser, [m]."""
+
+    rear: float
+    front: float
+    half_width: float
+    laser_x: float
+
+    @classmethod
+    def of(cls, car: Car) -> Body:
+        """Of a car."""
+        g = car.core.values()["geometry"]
+        rear = -float(g["rear_overhang"])
+        return cls(rear, rear + float(g["length"]), 0.5 * float(g["width"]), float(g["laser_x"]))
+
+
+def returns(
+    ranges: npt.NDArray[np.float32], header: ScanHeader, speed: float, yaw_rate: float, body: Body, reach: float
+) -> FloatArray:
+    """(N, 2) returns nearer than `reach` [m] in base_link at the end of the sweep, which the car's motion bends."""
+    index = np.flatnonzero((ranges > header.range_min) & (ranges < min(reach, header.range_max)))
+    distance = ranges[index].astype(np.float64)
+    angle = header.angle_min + header.angle_increment * index
+    before = header.time_increment * (len(ranges) - 1 - index)
+    turn = -yaw_rate * before
+    x, y = body.laser_x + distance * np.cos(angle), distance * np.sin(angle)
+    c, s = np.cos(turn), np.sin(turn)
+    back = speed * before
+    return np.column_stack([c * x - s * y - back * np.cos(0.5 * turn), s * x + c * y - back * np.sin(0.5 * turn)])
+
+
+class Guard:
+    """Looks along the plan for returns that stand in its way."""
+
+    def __init__(self, params: GuardParams, car: Car, model: Model) -> None:
+        self.params, self.model, self.body = params, model, Body.of(car)
+        self.reset()
+
+    def reset(self) -> None:
+        """Forgets what was seen."""
+        self._seen = 0
+        self.blocked_at: float | None = None
+
+    def look(self, poses: FloatArray, points: FloatArray) -> float | None:
+        """[m] of way along `poses` (N, 3) to the first that returns (M, 2) stand in; None where all are free.
+
+        Only what several scans in a row have seen counts.
+        """
+        found = self._first(poses, points)
+        self._seen = self._seen + 1 if found is not None else 0
+        self.blocked_at = found if self._seen >= self.params.blocked_scans else None
+        return self.blocked_at
+
+    def _first(self, poses: FloatArray, points: FloatArray) -> float | None:
+        if not len(points):
+            return None
+        body, shrink = self.body, self.params.shrink
+        c, s = np.cos(poses[:, 2:]), np.sin(poses[:, 2:])
+        dx, dy = points[:, 0] - poses[:, :1], points[:, 1] - poses[:, 1:2]
+        along, across = c * dx + s * dy, c * dy - s * dx
+        way = np.hypot(*poses[0, :2]) + np.append(0.0, np.cumsum(np.hypot(*np.diff(poses[:, :2], axis=0).T)))
+        inside = (along > body.rear + shrink) & (along < body.front - shrink)
+        inside &= np.abs(across) < body.half_width - shrink - self.params.doubt * way[:, None]
+        hit = np.flatnonzero(inside.sum(axis=1) >= self.params.blocking)
+        return float(way[hit[0]]) if len(hit) else None
+
+    def reach(self, speed: float) -> float:
+        """[m] of way that must be seen free: to stop, with what the command takes to act."""
+        return self.params.gap + SPARE + speed * ACTING + HURRY * 0.5 * speed * speed / self.most_brake(speed, 0.0)
+
+    def most_brake(self, speed: float, yaw_rate: float) -> float:
+        """[m/s^2] that the tyres have left for braking while the car corners."""
+        grip, use = self.model.grip, self.params.brake_use
+        cornering = min(1.0, abs(speed * yaw_rate) / grip.lateral)
+        left = math.sqrt(max(0.05, 1.0 - cornering * cornering))
+        return min(self.model.most_brake, grip.brake) * use * left
+
+    def stopping(self, speed: float, yaw_rate: float) -> float:
+        """The speed command that stops the car as soon as the tyres allow."""
+        command = speed - self.most_brake(speed, yaw_rate) / self.model.gain_down
+        return command if command > CRAWL else 0.0
+
+    def before_block(self, speed: float, yaw_rate: float, wanted: float) -> tuple[float, bool]:
+        """The speed command with what blocks the plan in view, and whether that is the reason for it."""
+        if self.blocked_at is None:
+            return wanted, False
+        room = self.blocked_at - self.params.gap
+        if room <= 0.0:
+            return self.stopping(speed, yaw_rate), True
+        need, most = speed * speed / (2.0 * room), self.most_brake(speed, yaw_rate)
+        if need < URGENT * most:
+            # Near walls a slow car may still creep up, never faster than it can stop.
+            return min(wanted, math.sqrt(2.0 * URGENT * most * room)), wanted > math.sqrt(2.0 * URGENT * most * room)
+        command = speed - min(HURRY * need, most) / self.model.gain_down
+        return (min(wanted, command) if command > CRAWL else 0.0), True
