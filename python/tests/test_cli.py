@@ -242,17 +242,17 @@ def readme_blocks(language: str) -> list[str]:
     return re.findall(rf"```{language}\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
 
 
-README_COMMANDS = [
-    line.split("#")[0].split()[1:]
+README_SESSIONS = [
+    commands
     for block in readme_blocks("sh")
-    for line in block.splitlines()
-    if line.startswith("firstlap ")
+    if (commands := [line.split("#")[0].split()[1:] for line in block.splitlines() if line.startswith("firstlap ")])
 ]
 
 
-@pytest.mark.parametrize("arguments", README_COMMANDS, ids=" ".join)
-def test_commands_of_the_readme(cli, arguments):
-    assert cli(*arguments).code == 0
+@pytest.mark.parametrize("session", README_SESSIONS, ids=lambda session: session[0][0])
+def test_commands_of_the_readme(cli, session):
+    for arguments in session:
+        assert cli(*arguments).code == 0, arguments
 
 
 def test_python_of_the_readme(tmp_path, monkeypatch):
