@@ -229,3 +229,14 @@ def test_a_budget_of_time_leaves_time_for_the_choice(oval, tmp_path: Path):
     assert not search._out_of_time(Budget(seconds=21.0), 9)
     search.laps_after = 1e9
     assert not search._out_of_time(Budget(seconds=25.0), 10)
+
+
+def test_where_nothing_better_comes_the_search_begins_anew(oval, tmp_path: Path):
+    session = session_of(oval)
+    study = open_study(tmp_path / "a.db", "a", session.about())
+    search = Search(session.problem(), session.starts, session.space, study, LocalPool("local", 1), 1, population=4)
+    worse = Verdict([9.0], [1.0], [0.5], 0.1)
+    study.trials = {n: Trial(n, {}, worse, 8.0 if n == 6 else 9.0) for n in range(30)}
+    assert not search._stale(18, begun=3)
+    assert search._stale(19, begun=3)
+    assert not search._stale(19, begun=15)
