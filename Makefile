@@ -40,7 +40,7 @@ test-cpp: .venv/.run build/.gtest
 	@$(ctest) --preset tests --parallel 2 --progress
 
 test-python: .venv/.built .venv/.dev
-	@$(python) -m pytest
+	@$(python) -m pytest --numprocesses 2
 
 bench: .venv/.built ## time a step, a scan and a race
 	@$(firstlap) bench
