@@ -6,9 +6,12 @@ import json
 from pathlib import Path
 from typing import Any
 
+import pytest
 from rcl_interfaces.srv import DescribeParameters, GetParameters
 
 import firstlap
+
+pytestmark = pytest.mark.dds
 
 CONFIG = Path(__file__).resolve().parents[3] / "ros" / "firstlap_ros" / "config"
 
