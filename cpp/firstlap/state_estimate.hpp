@@ -23,6 +23,7 @@ struct StateEstimateParams {
   double slip_sigma = 0.08;
   double understeer = 0.01;
   double servo_time = 0.04;
+  double servo_sigma = 0.02;
   double steering_offset = 0.0;
   double speed_scale = 1.0;
   double standstill_speed = 0.1;
@@ -44,6 +45,7 @@ struct StateEstimateParams {
         Field{"slip_sigma", &P::slip_sigma, "s/m", 0.0, 5.0, "and how it grows per lateral acceleration"},
         Field{"understeer", &P::understeer, "s^2/m^2", -0.1, 0.5, "less yaw by 1 + this v^2"},
         Field{"servo_time", &P::servo_time, "s", 0.0, 1.0, "first-order lag of the servo"},
+        Field{"servo_sigma", &P::servo_sigma, "rad", 0.0001, 0.5, "error of that model of the servo"},
         Field{"steering_offset", &P::steering_offset, "rad", -0.3, 0.3, "wheel angle when the servo says 0"},
         Field{"speed_scale", &P::speed_scale, "", 0.5, 2.0, "true speed per measured"},
         Field{"standstill_speed", &P::standstill_speed, "m/s", 0.0, 1.0,

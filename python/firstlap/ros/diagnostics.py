@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections import Counter, deque
 from typing import Any
 
@@ -70,8 +71,6 @@ class Health:
 
     def publish(self) -> None:
         """One DiagnosticArray."""
-        import time
-
         now = time.monotonic()
         elapsed, self._published = now - self._published, now
         watchdog = self._node.watchdog

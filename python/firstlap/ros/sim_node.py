@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -25,7 +25,7 @@ from firstlap.car_file import load_car
 from firstlap.errors import InputError
 from firstlap.parameters import FieldTable
 from firstlap.ros import sim_messages as make
-from firstlap.ros.names import FAULTS, SIM
+from firstlap.ros.names import FAULTS, SIM, Entry
 from firstlap.ros.node_parameters import declare_entries, declare_fields, value_of
 from firstlap.ros.sim_topics import GYM_LASER_X, CarNames, gym_names, our_names
 from firstlap.simulate import core_track
@@ -143,6 +143,7 @@ class SimNode(Node):
         self._stamp = self.get_clock().now().nanoseconds * 1e-9
         self._periods = 0
         self.given_up = 0.0
+        self._delayed: deque[tuple[float, Any, Any]] = deque()
 
     @property
     def due(self) -> float:
@@ -273,16 +274,11 @@ class SimNode(Node):
         if delay <= 0.0:
             wires.scan.publish(message)
         else:
-            self._late().append((time.monotonic() + delay, wires.scan, message))
-
-    def _late(self) -> deque[tuple[float, Any, Any]]:
-        if not hasattr(self, "_delayed"):
-            self._delayed: deque[tuple[float, Any, Any]] = deque()
-        return self._delayed
+            self._delayed.append((time.monotonic() + delay, wires.scan, message))
 
     def publish_late(self) -> float:
         """Publishes the delayed scans whose time has come. time.monotonic() of the next one."""
-        late = self._late()
+        late = self._delayed
         while late and late[0][0] <= time.monotonic():
             _, publisher, message = late.popleft()
             publisher.publish(message)
@@ -319,9 +315,7 @@ def _pose(truth: dict[str, float]) -> Any:
     return np.array([truth["x"], truth["y"], truth["yaw"]])
 
 
-def _with(entry: Any, given: dict[str, Any]) -> Any:
-    from dataclasses import replace
-
+def _with(entry: Entry, given: dict[str, Any]) -> Entry:
     if entry.name not in given:
         return entry
     value = given[entry.name]

@@ -10,6 +10,8 @@ import pytest
 from probe import STALL, Heard
 from std_msgs.msg import Bool
 
+pytestmark = pytest.mark.dds
+
 Act = Callable[[], object]
 LIMIT = 0.3
 STOPPED_FOR = 40

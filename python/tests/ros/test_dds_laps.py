@@ -17,6 +17,8 @@ import firstlap
 from firstlap.ros.conversions import yaw_of
 from firstlap.simulate import Lidar
 
+pytestmark = pytest.mark.dds
+
 LAP_TOLERANCE = 0.02
 
 

@@ -6,10 +6,13 @@ import signal
 import time
 from typing import Any
 
+import pytest
 from lifecycle_msgs.msg import Transition
 from nav_msgs.msg import Odometry
 from probe import STALL
 from std_msgs.msg import Bool
+
+pytestmark = pytest.mark.dds
 
 LIMIT = 0.3
 STANDS = 0.15

@@ -13,11 +13,20 @@ import pytest
 import yaml
 
 import firstlap
+from firstlap.errors import InputError
+from firstlap.ros import require_ros
 
 ROOT = Path(__file__).resolve().parents[3]
 PACKAGE = ROOT / "ros" / "firstlap_ros"
 NODES = Path(firstlap.__file__).parent / "ros"
 LAUNCHES = sorted((PACKAGE / "launch").glob("*.launch.py"))
+
+
+def test_ros_is_here_for_the_tests_over_dds() -> None:
+    try:
+        require_ros()
+    except InputError as missing:
+        pytest.skip(str(missing))
 
 
 def imported(path: Path) -> set[str]:
