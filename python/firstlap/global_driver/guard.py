@@ -37,7 +37,7 @@ def plan_poses(plan: Plan, table: LineTable, origin: tuple[float, float, float])
 
 def way_ahead(plan: Plan, table: LineTable, origin: tuple[float, float, float], length: float) -> FloatArray:
     """(K, 3) the same for every other stage, and on beside the line until `length` [m] from the plan's beginning."""
-    begin, end = float(plan.states[S, 0]), float(plan.states[S, -1])
+    begin, end = (float(plan.states[S, k]) for k in (0, -1))
     on = np.arange(end + BEYOND, begin + length, BEYOND)
     s, offset = np.append(plan.states[S, ::EVERY], on), np.append(plan.states[OFFSET, ::EVERY], 0.0 * on)
     offset[len(offset) - len(on) :] = plan.states[OFFSET, -1]
