@@ -55,8 +55,8 @@ def _poses(
     middle = table.heading[i] + 0.5 * part * table.curvature[i]
     x = table.points[i, 0] + part * np.cos(middle) - offset * np.sin(heading) - origin[0]
     y = table.points[i, 1] + part * np.sin(middle) + offset * np.cos(heading) - origin[1]
-    c, s = math.cos(origin[2]), math.sin(origin[2])
-    return np.column_stack([c * x + s * y, c * y - s * x, heading + course - origin[2]])
+    cosine, sine = math.cos(origin[2]), math.sin(origin[2])
+    return np.column_stack([cosine * x + sine * y, cosine * y - sine * x, heading + course - origin[2]])
 
 
 @dataclass(frozen=True)
