@@ -16,7 +16,7 @@ from firstlap.setup_file import Setup
 from firstlap.tracks.library import load_track
 from firstlap.tracks.track import Track
 
-DRIVERS = "local:sure,local:race,gap,gap:gap_arena,disparity,disparity:disparity_arena,pid"
+DRIVERS = "local:sure,local:race,gap,gap:gap_arena,disparity,disparity:disparity_arena,pid,global"
 LAPS, SEEDS, SPEED, RATE = 3, 3, 8.0, 25.0
 PEERS = (
     ("Follow the gap", "no", "19.16 (1 of 3 crashed)", "35.04"),
@@ -64,7 +64,8 @@ def main(arguments: list[str]) -> None:
     entries: list[Entry] = parse_entries(",".join(arguments[2:]) or DRIVERS, car)
     print(HEAD, end="")
     for entry in entries:
-        setup = entry.setup.with_values({"v_max": SPEED})
+        limit = "line.speed_max" if entry.needs_map else "v_max"
+        setup = entry.setup.with_values({limit: SPEED})
         cells = [cell(track, setup, car) for track in tracks]
         print(f"| `{entry.label}` | {'yes' if entry.needs_map else 'no'} | {' | '.join(cells)} |", flush=True)
     for row in PEERS:

@@ -16,7 +16,8 @@ from firstlap.global_driver.params import Parts
 from firstlap.global_driver.prepare import MAPPING_SETUP, Prepared
 from firstlap.localisation.localiser import Estimate, Localiser, ScanHeader
 from firstlap.mapping.check import align
-from firstlap.mapping.poses import between
+from firstlap.mapping.observation import motion_of
+from firstlap.mapping.poses import between, compose
 from firstlap.mpc.controller import Controller, Step
 from firstlap.mpc.observer import finite
 from firstlap.raceline.corridor import Corridor
@@ -80,6 +81,8 @@ class GlobalDriver:
         """One command. Never raises for bad data."""
         head = ScanHeader(**header)
         pose = self._pose(ranges, (speed, yaw_rate, steering_angle), dt, head)
+        if self.seen and self.seen["result"][2] == "blocked":
+            pose = self._reckoned(speed, yaw_rate, dt) or pose
         self._meet(pose)
         step = self.controller.step(pose, speed, yaw_rate, steering_angle, dt)
         good = finite((speed, yaw_rate, steering_angle), 100.0)
@@ -106,6 +109,14 @@ class GlobalDriver:
             return float(x), float(y), float(yaw)
         self.estimate = found = self.localiser.step(ranges, *state, dt, head)
         return None if found.lost else (found.x, found.y, found.yaw)
+
+    def _reckoned(self, speed: float, yaw_rate: float, dt: float) -> Pose | None:
+        """Where odometry leads: what the map does not know draws the filter away, and the stop is short."""
+        body = self.controller.body
+        if body is None or not finite((speed, yaw_rate, dt), 100.0):
+            return None
+        x, y, yaw = compose(np.array(body[:3]), motion_of(speed, yaw_rate, dt)).tolist()
+        return x, y, yaw
 
     def _meet(self, pose: Pose | None) -> None:
         """A pose that is far from the expected one: what the controller believed was wrong."""

@@ -37,7 +37,7 @@ def plan_poses(plan: Plan, table: LineTable, origin: tuple[float, float, float])
 
 def way_ahead(plan: Plan, table: LineTable, origin: tuple[float, float, float], length: float) -> FloatArray:
     """(K, 3) the same for every other stage, and on beside the line until `length` [m] from the plan's beginning."""
-    begin, end = float(plan.states[S, 0]), float(plan.states[S, -1])
+    begin, end = (float(plan.states[S, k]) for k in (0, -1))
     on = np.arange(end + BEYOND, begin + length, BEYOND)
     s, offset = np.append(plan.states[S, ::EVERY], on), np.append(plan.states[OFFSET, ::EVERY], 0.0 * on)
     offset[len(offset) - len(on) :] = plan.states[OFFSET, -1]
@@ -55,8 +55,8 @@ def _poses(
     middle = table.heading[i] + 0.5 * part * table.curvature[i]
     x = table.points[i, 0] + part * np.cos(middle) - offset * np.sin(heading) - origin[0]
     y = table.points[i, 1] + part * np.sin(middle) + offset * np.cos(heading) - origin[1]
-    cos, sin = math.cos(origin[2]), math.sin(origin[2])
-    return np.column_stack([cos * x + sin * y, cos * y - sin * x, heading + course - origin[2]])
+    cosine, sine = math.cos(origin[2]), math.sin(origin[2])
+    return np.column_stack([cosine * x + sine * y, cosine * y - sine * x, heading + course - origin[2]])
 
 
 @dataclass(frozen=True)

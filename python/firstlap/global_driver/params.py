@@ -23,12 +23,12 @@ class GuardParams:
     """When the driver does not trust itself. See docs/global-driver.md."""
 
     true_pose: bool = row(False, "", 0, 1, "drive by the simulator's own pose: an ablation, never an opponent")
-    brake_use: float = row(0.7, "", 0.1, 1.0, "share of the tyres' grip that a stop may use, cornering included")
+    brake_use: float = row(0.9, "", 0.1, 1.0, "share of the tyres' grip that a stop may use, cornering included")
     lost_pause: float = row(0.2, "s", 0.0, 1.0, "without a pose the plan is followed for so long, braking; then scans")
     jump: float = row(0.4, "m", 0.05, 5.0, "a pose this far from the expected one starts the controller anew")
     shrink: float = row(0.05, "m", 0.0, 0.15, "a return this deep inside the planned sweep of the car blocks it")
-    doubt: float = row(0.008, "", 0.0, 0.1, "and so much deeper per metre of way to it: the heading is not exact")
-    blocking: int = row(3, "", 1, 100, "returns that it takes to block the plan")
+    doubt: float = row(0.004, "", 0.0, 0.1, "and so much deeper per metre of way to it: the heading is not exact")
+    blocking: int = row(2, "", 1, 100, "returns that it takes to block the plan")
     blocked_scans: int = row(2, "", 1, 20, "scans in a row that must see it")
     gap: float = row(0.3, "m", 0.0, 2.0, "distance to what blocks the plan at which the car stands")
 

@@ -1,0 +1,84 @@
+"""Lets the map-based driver down at many places of a lap and counts contacts. 1 where there was one.
+
+MODE: lost (no pose from then on), kidnap (the filter is displaced by 0.5 m), wall (one across the road that the map
+does not know: round a bend the car may see it too late to stop). Needs the extra `global`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from firstlap.car_file import Car, load_car
+from firstlap.drivers.registry import Preparation, driver_kind
+from firstlap.race import start_race
+from firstlap.setup_file import Setup, choose_setup
+from firstlap.tracks.library import load_track
+from firstlap.tracks.track import Track
+
+KIDNAP, HALF_WALL, AFTER = 0.5, 1.2, 3.5
+
+
+def walled(track: Track, s: float) -> Track:
+    """The track with a wall across it."""
+    x, y, yaw = track.start_pose(s)
+    across = np.array([[-np.sin(yaw), np.cos(yaw)]]) * np.array([[-HALF_WALL], [HALF_WALL]]) + np.array([x, y])
+    return replace(
+        track,
+        walls=[*track.walls, across],
+        sides=[*track.sides, "obstacle"],
+        visible=[*track.visible, True],
+        solid=[*track.solid, True],
+    )
+
+
+def let_down(driver: Any, mode: str, direction: float) -> None:
+    """What goes wrong."""
+    if mode == "lost":
+        driver._pose = lambda *_: None
+    elif mode == "kidnap":
+        driver.localiser.core.displace(KIDNAP * np.cos(direction), KIDNAP * np.sin(direction), 0.0)
+
+
+def drive(track: Track, setup: Setup, car: Car, prepared: Preparation, mode: str, at: float, direction: float) -> Any:
+    """A race in which it goes wrong at `at` [m] of the first lap: its result, and the speed [m/s] then."""
+    handle = driver_kind("global").make(setup.params(car.core), car, prepared)
+    race = start_race(walled(track, at) if mode == "wall" else track, handle, car, laps=1, seed=2)
+    end, then = np.inf, 0.0
+    while race.advance(1) and race.time < end:
+        if mode == "wall":
+            then = max(then, race.state()["speed"])
+        elif end == np.inf and race.time > 0.5 and at <= race.s < at + 1.0:
+            let_down(handle.driver, mode, direction)  # type: ignore[attr-defined]
+            end, then = race.time + (AFTER if mode == "lost" else np.inf), race.state()["speed"]
+            mode = "done" if mode == "kidnap" else mode
+    return race.result(), then
+
+
+def main() -> int:
+    """One row per place."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("track")
+    parser.add_argument("mode", choices=("lost", "kidnap", "wall"))
+    parser.add_argument("--car", default="default")
+    parser.add_argument("--places", type=int, default=18)
+    given = parser.parse_args()
+    track, car, setup = load_track(given.track), load_car(given.car), choose_setup("global", None)
+    prepared = driver_kind("global").prepare(track, setup, car, 1, None)
+    rng = np.random.default_rng(1)
+    contacts = 0
+    print("at m   m/s    outcome     end m/s")
+    for at in np.linspace(2.5, track.length - 2.5, given.places):
+        result, then = drive(track, setup, car, prepared, given.mode, float(at), rng.uniform(-np.pi, np.pi))
+        contacts += result["contact"] is not None
+        print(f"{at:5.1f}  {then:4.1f}   {result['outcome']:10s}  {result['path']['speed'][-1]:.2f}", flush=True)
+    print(f"{contacts} contacts at {given.places} places")
+    return 1 if contacts else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
