@@ -10,3 +10,8 @@ class InputError(Exception):
 
     def __init__(self, message: str) -> None:
         super().__init__(" ".join(str(message).split()))
+
+
+def missing_extra(what: str, package: str, extra: str) -> InputError:
+    """What to say where a package that only an extra brings is not installed."""
+    return InputError(f"{what} needs {package}: `make extras` in a checkout, or pip install 'firstlap[{extra}]'")

@@ -204,7 +204,7 @@ def test_without_gtsam_one_line_says_what_to_install(cli: Cli, monkeypatch: pyte
     monkeypatch.setitem(sys.modules, "gtsam", None)
     said = cli("map", "oval", "-o", "map.yaml")
     assert said.code == 2
-    assert "pip install firstlap[global]" in said.err
+    assert "mapping needs gtsam: `make extras`" in said.err
 
 
 def test_parameters_reach_the_core() -> None:

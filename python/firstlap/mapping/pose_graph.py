@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from firstlap.errors import InputError
+from firstlap.errors import InputError, missing_extra
 from firstlap.mapping.slam import Edge, Mapper
 from firstlap.tracks.track import FloatArray
 
@@ -18,7 +18,7 @@ def load_gtsam() -> Any:
     try:
         import gtsam
     except ImportError:
-        raise InputError("mapping needs gtsam, an extra: pip install firstlap[global]") from None
+        raise missing_extra("mapping", "gtsam", "global") from None
     return gtsam
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
-from firstlap.errors import InputError
+from firstlap.errors import missing_extra
 from firstlap.tracks.track import FloatArray
 
 FREE = float("inf")
@@ -18,7 +18,7 @@ def solver_class() -> Any:
     try:
         import piqp
     except ImportError:
-        raise InputError("the racing line and its controller need piqp: pip install firstlap[global]") from None
+        raise missing_extra("the racing line", "piqp", "global") from None
     return piqp.SparseSolver
 
 

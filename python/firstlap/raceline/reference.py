@@ -15,7 +15,7 @@ import shapely
 from scipy.ndimage import gaussian_filter1d
 
 from firstlap.car_file import Car
-from firstlap.errors import InputError
+from firstlap.errors import missing_extra
 from firstlap.raceline.params import Limits, LineParams, limits_of
 from firstlap.tracks.track import FloatArray, Track
 
@@ -40,7 +40,7 @@ def reference_line(track: Track, car: Car, params: LineParams, spacing: float = 
     try:
         import casadi as ca
     except ImportError:
-        raise InputError("the reference of the racing line needs casadi: pip install firstlap[global]") from None
+        raise missing_extra("the reference of the racing line", "casadi", "global") from None
     limits = limits_of(car, params)
     centre, heading, bend, step = _reference_frame(track, spacing)
     count = len(centre)

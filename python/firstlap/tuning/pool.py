@@ -21,7 +21,7 @@ from typing import Any, Protocol
 
 from firstlap import __version__, _core
 from firstlap.drivers import driver_kind
-from firstlap.errors import InputError
+from firstlap.errors import InputError, missing_extra
 from firstlap.parameters import Values
 from firstlap.tuning.candidate import Problem, Verdict, judge
 
@@ -91,7 +91,7 @@ class ClusterPool:
         try:
             import distributed
         except ImportError:
-            raise InputError("--cluster needs more: pip install firstlap[tune]") from None
+            raise missing_extra("--cluster", "distributed", "tune") from None
         _silence_dask()
         connect: Any = distributed.Client
         try:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from firstlap.errors import InputError
+from firstlap.errors import InputError, missing_extra
 from firstlap.parameters import Values
 from firstlap.tracks.track import Track
 from firstlap.tuning.candidate import Verdict
@@ -187,7 +187,7 @@ def quiet_optuna() -> Any:
         import cmaes  # noqa: F401
         import optuna
     except ImportError:
-        raise InputError("tune needs more: pip install firstlap[tune]") from None
+        raise missing_extra("tuning", "optuna", "tune") from None
     optuna.logging.set_verbosity(optuna.logging.ERROR)
     return optuna
 
