@@ -176,8 +176,10 @@ struct VelocityProfileParams {
   double delta_v_max = 0.5;
   double delta_v_min = -0.5;
   double v_horizon = 1.0;
-  double block_overlap = 0.1;
+  double block_clearance = 0.05;
   double block_distance = 0.2;
+  double a_brake = 5.0;
+  double stop_clearance = 0.04;
 
   static constexpr auto fields() {
     using P = VelocityProfileParams;
@@ -195,9 +197,13 @@ struct VelocityProfileParams {
         Field{"delta_v_min", &P::delta_v_min, "m/s", -10.0, 0.0,
               "commanded speed below the measured one at most (the paper's delta a_min)"},
         Field{"v_horizon", &P::v_horizon, "m/s", 0.0, 10.0, "speed at the end of what is seen"},
-        Field{"block_overlap", &P::block_overlap, "m", 0.0, 0.5,
-              "the path is blocked where the car's side would be this far inside something"},
+        Field{"block_clearance", &P::block_clearance, "m", -0.5, 0.5,
+              "the path is blocked where the car's side would come nearer than this to something"},
         Field{"block_distance", &P::block_distance, "m", 0.0, 2.0, "and the car stops this far before it"},
+        Field{"a_brake", &P::a_brake, "m/s^2", 0.5, 20.0,
+              "full braking, as a positive number, when nothing else helps"},
+        Field{"stop_clearance", &P::stop_clearance, "m", 0.0, 0.5,
+              "full braking where a stop begun a scan later would bring the body nearer than this to something"},
     };
   }
 };

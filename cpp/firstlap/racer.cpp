@@ -5,6 +5,8 @@
 #include <utility>
 
 #include "firstlap/geometry.hpp"
+#include "firstlap/last_stop.hpp"
+#include "firstlap/passing.hpp"
 #include "firstlap/plausible.hpp"
 #include "firstlap/velocity_profile.hpp"
 #include "firstlap/wall_memory.hpp"
@@ -54,6 +56,8 @@ void Racer::reset() noexcept {
   memory_.state = {};
   memory_.steering_command = 0.0;
   memory_.awake = false;
+  memory_.braking = false;
+  full_brake_ = false;
 }
 
 StepResult Racer::step(const LaserScan& scan, const VehicleState& state, double dt) noexcept {
@@ -138,8 +142,8 @@ void Racer::forget_the_way() noexcept {
   vote_by_past(memory_.walls, memory_.path, memory_.trail, params_.segmentation, trace_.samples);
 }
 
-// The best split is the one whose line is usable for longest; the second best is tried only where the
-// first one's line is short.
+// The best split is the one whose line is usable for longest; the others are tried only where the first
+// one's line is short or tight, or passes something on the other side than before.
 void Racer::choose_line() noexcept {
   constexpr double enough = 2.5;  // [m] of line that leaves no doubt
   trace_.candidates =
@@ -150,7 +154,8 @@ void Racer::choose_line() noexcept {
     build_line(candidate.split, other_walls_, other_line_);
     const double penalty = other_line_.end == LineEnd::turns_back ? 0.3 : 1.0;
     const double value = penalty * std::min(other_line_.ahead, 5.0) * std::max(candidate.score, 1e-3) /
-                         std::max(trace_.candidates.items[0].score, 1e-3);
+                         std::max(trace_.candidates.items[0].score, 1e-3) * ease_of_passing(other_line_, params_.car) *
+                         loyalty(trace_.sections, trace_.samples, candidate.split);
     if (value <= best) continue;
     best = value;
     trace_.split = candidate.split;
@@ -171,7 +176,7 @@ bool Racer::plan(const VehicleState& state) noexcept {
   trace_.nearest = nearest_on_path(trace_.path, params_.car.wheelbase, 0.0);
   if (trace_.nearest + 2 >= trace_.path.size()) return false;
   plan_velocity(state.speed, trace_.nearest, params_.velocity_profile, trace_.path);
-  blocked_ = keep_clear();
+  blocked_ = keep_clear(state.speed);
 
   learn_width();
   trace_.width = memory_.width;
@@ -195,7 +200,7 @@ bool Racer::learn_width() noexcept {
 
 // Looks along the path for anything that the car would hit, wall or not, and plans a stop before it, also
 // where the track becomes too narrow for the car. True where the stop is just ahead.
-bool Racer::keep_clear() noexcept {
+bool Racer::keep_clear(double speed) noexcept {
   const VelocityProfileParams& p = params_.velocity_profile;
   const CarGeometry& car = params_.car;
   const double nose = car.length - car.rear_overhang - car.wheelbase;  // ahead of the front axle
@@ -206,23 +211,52 @@ bool Racer::keep_clear() noexcept {
     const TrajectoryPoint& point = trace_.path[i];
     const double d = wall_distance(trace_.walls, point.x, point.y) - 0.5 * car.width;
     trace_.clearance = std::min(trace_.clearance, d);
-    if (d < -p.block_overlap && point.s > from + nose) blocked_at = point.s;
+    if (d < p.block_clearance && point.s > from + nose) blocked_at = point.s;
   }
+  full_brake_ = false;
   if (blocked_at > 1e8) return false;
   const double stop_at = blocked_at - nose - p.block_distance;
   stop_before(stop_at, p, trace_.path);
+  full_brake_ = speed * speed > -2.0 * p.a_x_min * std::max(0.0, stop_at - from) + 0.3;
   return stop_at < from + 0.3;
 }
 
 StepResult Racer::follow(const VehicleState& state, double dt, Status status) noexcept {
   trace_.steering = track_path(trace_.path, trace_.nearest, state, memory_.state.steering_angle, params_.stanley,
                                params_.car, trace_.lookahead);
-  const double speed = command_speed(trace_.path, trace_.nearest, state.speed, params_.velocity_profile);
+  const double planned = command_speed(trace_.path, trace_.nearest, state.speed, params_.velocity_profile);
+  double wheels = trace_.steering.steering_angle;
+  const bool brakes = !can_still_stop(state, dt, wheels) || full_brake_;
+  // Full braking takes the grip that a bend needs: there, the planned braking at most.
+  const bool bends = std::abs(state.speed * state.yaw_rate) > 1.2 * params_.velocity_profile.a_y_max;
+  const double least = bends ? state.speed + params_.velocity_profile.delta_v_min : 0.0;
+  const double speed = brakes ? std::min(planned, least) : planned;
+  if (brakes) wheels = within_grip(wheels, state.speed, params_.car, params_.velocity_profile);
   memory_.state = state;
   memory_.awake = true;
-  return {
-      {std::clamp(speed, 0.0, params_.velocity_profile.v_max), limited_steering(trace_.steering.steering_angle, dt)},
-      status};
+  const Status said = brakes && status == Status::ok ? Status::blocked : status;
+  return {{std::clamp(speed, 0.0, params_.velocity_profile.v_max), limited_steering(wheels, dt)}, said};
+}
+
+// Whether the car could stop without touching anything if it began a scan later; if not, `wheels` becomes the angle
+// with which braking now gets furthest. Once it brakes it goes on until there is some room again.
+bool Racer::can_still_stop(const VehicleState& state, double dt, double& wheels) noexcept {
+  constexpr double reaction = 0.05;  // [s] from command to wheels and brakes
+  VelocityProfileParams params = params_.velocity_profile;
+  if (memory_.braking) params.a_brake *= 0.8;
+  const auto stop = [&](Wheels how, double delay) {
+    return last_stop(trace_.path, trace_.nearest, trace_.walls, state, wheels, delay, how, params_.car, params);
+  };
+  memory_.braking = !stop(Wheels::to_path, dt + reaction).clear;
+  if (!memory_.braking) return true;
+  LastStop best = stop(Wheels::to_path, reaction);
+  for (const Wheels how : {Wheels::kept, Wheels::straight}) {
+    if (best.clear) break;
+    const LastStop other = stop(how, reaction);
+    if (other.clear || other.distance > best.distance) best = other;
+  }
+  wheels = best.wheels;
+  return false;
 }
 
 // Without a path of its own this step follows the last one for a short while.

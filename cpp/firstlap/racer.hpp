@@ -35,6 +35,7 @@ class Racer final : public Driver {
     VehicleState state{};           // the last measured
     double steering_command = 0.0;  // [rad] the last commanded
     bool awake = false;             // a scan has been seen
+    bool braking = false;           // fully, since nothing else would have stopped the car
   };
 
   static constexpr std::size_t max_trail_ = 256;
@@ -46,8 +47,9 @@ class Racer final : public Driver {
   void build_line(std::size_t split, WallsSeen& walls, Centerline& line) noexcept;
   bool plan(const VehicleState& state) noexcept;
   bool learn_width() noexcept;
-  bool keep_clear() noexcept;
+  bool keep_clear(double speed) noexcept;
   StepResult follow(const VehicleState& state, double dt, Status status) noexcept;
+  bool can_still_stop(const VehicleState& state, double dt, double& wheels) noexcept;
   StepResult hold_or_stop(const VehicleState& state, double dt, Status why) noexcept;
   StepResult stop(const VehicleState& state, double dt, Status why) noexcept;
   double limited_steering(double wanted, double dt) noexcept;
@@ -61,7 +63,8 @@ class Racer final : public Driver {
   Centerline other_line_;
   Spline spline_;
   Buffer<double> widths_;
-  bool blocked_ = false;  // something stands on the path just ahead
+  bool full_brake_ = false;  // planned braking would not stop the car before it
+  bool blocked_ = false;     // something stands on the path just ahead
 };
 
 }  // namespace firstlap

@@ -49,12 +49,21 @@ Foot foot_of_car(const Buffer<Point2>& points) noexcept {
   return best;
 }
 
+// Distance from a point of the line to the nearest thing beside it: half the width, and where that is estimated
+// no more than to what was seen.
+double room_at(const CenterlinePoint& c) noexcept {
+  if (c.support == Support::both) return 0.5 * c.width;
+  const double right = norm(c.x - c.right.x, c.y - c.right.y);
+  const double left = norm(c.x - c.left.x, c.y - c.left.y);
+  return std::min({0.5 * c.width, right, left});
+}
+
 // Brings each point back to where it keeps `clearance` from the walls, as far as the line itself does.
 void keep_between_walls(const Buffer<CenterlinePoint>& line, double clearance, Buffer<Point2>& points) noexcept {
   for (std::size_t i = 0; i < points.size(); ++i) {
     const double dx = points[i].x - line[i].x;
     const double dy = points[i].y - line[i].y;
-    const double room = std::max(0.0, 0.5 * line[i].width - clearance);
+    const double room = std::max(0.0, room_at(line[i]) - clearance);
     if (dx * dx + dy * dy <= room * room) continue;
     const double share = room / norm(dx, dy);
     points[i] = {line[i].x + share * dx, line[i].y + share * dy};

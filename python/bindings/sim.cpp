@@ -70,6 +70,20 @@ nb::object as_dict(const std::optional<sim::Contact>& contact) {
   entry["x"] = contact->x;
   entry["y"] = contact->y;
   entry["s"] = contact->s;
+  entry["obstacle"] = contact->obstacle;
+  return entry;
+}
+
+nb::object as_dict(const std::optional<sim::ObstacleSeen>& obstacle) {
+  if (!obstacle) return nb::none();
+  nb::dict entry;
+  entry["time"] = obstacle->time;
+  entry["x"] = obstacle->middle.x;
+  entry["y"] = obstacle->middle.y;
+  entry["yaw"] = obstacle->middle.yaw;
+  entry["speed"] = obstacle->speed;
+  entry["yaw_rate"] = obstacle->yaw_rate;
+  entry["clearance"] = obstacle->clearance;
   return entry;
 }
 
@@ -103,6 +117,7 @@ nb::dict as_dict(const RaceResult& result) {
   entry["laps"] = laps;
   entry["contact"] = as_dict(result.contact);
   entry["skipped_scans"] = result.skipped_scans;
+  entry["obstacle"] = as_dict(result.obstacle);
   entry["compute_times"] = to_numpy(result.compute_times);
   entry["path"] = path_columns(result.path);
   return entry;

@@ -39,12 +39,27 @@ class Lap:
 
 @dataclass(frozen=True)
 class Contact:
-    """When [s] and where (map frame, s along the centerline) [m] the car touched a wall."""
+    """When [s] and where (map frame, s along the centerline) [m] the car touched a wall or the sudden obstacle."""
 
     time: float
     x: float
     y: float
     s: float
+    obstacle: bool = False
+
+
+@dataclass(frozen=True)
+class ObstacleSeen:
+    """When [s] the sudden obstacle appeared, its middle (map frame) [m, rad], the car's speed [m/s] and yaw rate
+    [rad/s] then, and the smallest clearance between the two since [m]."""
+
+    time: float
+    x: float
+    y: float
+    yaw: float
+    speed: float
+    yaw_rate: float
+    clearance: float
 
 
 @dataclass(frozen=True)
@@ -75,6 +90,7 @@ class RaceResult:
     skipped_scans: int = 0
     latency: str = "none"
     preparation: Preparation = field(default_factory=Preparation)
+    obstacle: ObstacleSeen | None = None
 
     @property
     def finished(self) -> bool:
@@ -235,4 +251,5 @@ def race(
         skipped_scans=found["skipped_scans"],
         latency=latency,
         preparation=preparation,
+        obstacle=ObstacleSeen(**found["obstacle"]) if found["obstacle"] else None,
     )

@@ -73,7 +73,7 @@ def test_race_that_touches_a_wall_exits_1_and_says_where(cli):
     )
     assert said.code == 1
     assert said.json["outcome"] == "contact"
-    assert set(said.json["contact"]) == {"time", "x", "y", "s"}
+    assert set(said.json["contact"]) == {"time", "x", "y", "s", "obstacle"}
 
 
 def test_set_takes_short_and_long_names(cli):

@@ -206,6 +206,24 @@ void Lidar::add_noise(std::span<float> ranges, Rng& rng) const {
     const auto length = std::min(static_cast<std::size_t>(params_.dropout_block_beams), ranges.size() - begin);
     std::fill_n(ranges.begin() + static_cast<std::ptrdiff_t>(begin), length, inf);
   }
+  if (params_.dropout_block_share > 0.0 && params_.dropout_block_beams > 0) drop_blocks(ranges, rng);
+}
+
+// Lost blocks and runs of kept beams in turn. The runs' lengths are exponential about the mean that makes the
+// share come out; the scan begins somewhere in the first block or run, so that no angle is lost more often.
+void Lidar::drop_blocks(std::span<float> ranges, Rng& rng) const {
+  const double block = params_.dropout_block_beams, share = params_.dropout_block_share;
+  const double mean_run = block * (1.0 - share) / share;
+  const auto run = [&] { return -mean_run * std::log1p(-rng.uniform()); };
+  const bool begins_lost = rng.uniform() < share;
+  const double end = static_cast<double>(ranges.size());
+  double lost_from = begins_lost ? -block * rng.uniform() : run();
+  while (lost_from < end) {
+    const auto first = static_cast<std::size_t>(std::max(0.0, std::round(lost_from)));
+    const auto last = static_cast<std::size_t>(std::clamp(std::round(lost_from + block), 0.0, end));
+    for (std::size_t i = first; i < last; ++i) ranges[i] = inf;
+    lost_from += block + run();
+  }
 }
 
 LaserScan Lidar::view(std::span<const float> ranges) const noexcept {

@@ -27,6 +27,7 @@ struct LidarParams {
   double dropout_rate = 0.002;
   double dropout_block_rate = 0.0;
   int dropout_block_beams = 20;
+  double dropout_block_share = 0.0;
 
   static constexpr auto fields() {
     using P = LidarParams;
@@ -41,6 +42,7 @@ struct LidarParams {
         Field{"dropout_rate", &P::dropout_rate, "", 0.0, 1.0, "share of single beams lost (+inf)"},
         Field{"dropout_block_rate", &P::dropout_block_rate, "", 0.0, 1.0, "share of scans that lose a block"},
         Field{"dropout_block_beams", &P::dropout_block_beams, "", 0.0, 10000.0, "neighbouring beams of a lost block"},
+        Field{"dropout_block_share", &P::dropout_block_share, "", 0.0, 0.95, "share of beams lost in such blocks"},
     };
   }
 
@@ -75,6 +77,7 @@ class Lidar {
   void settle_indices(std::size_t count);
   void draw_block(std::size_t first, std::size_t count, int first_beam, int last_beam);
   void write_ranges(int first, int last, std::span<float> out) const;
+  void drop_blocks(std::span<float> ranges, Rng& rng) const;
 
   LidarParams params_;
   const Walls* walls_;

@@ -27,6 +27,12 @@ Pose2 start_pose(const Progress& progress, const RaceOptions& options) {
           line.yaw + options.start_yaw};
 }
 
+Pose2 obstacle_pose(const Progress& progress, const RaceOptions& options) {
+  const Pose2 line = progress.pose_at(options.start_s + options.obstacle_at);
+  return {line.x - options.obstacle_offset * std::sin(line.yaw), line.y + options.obstacle_offset * std::cos(line.yaw),
+          line.yaw + options.obstacle_yaw};
+}
+
 Pose2 between(const Pose2& a, const Pose2& b, double t) {
   const double turn = std::remainder(b.yaw - a.yaw, 2.0 * std::numbers::pi);
   return {a.x + t * (b.x - a.x), a.y + t * (b.y - a.y), a.yaw + t * turn};
@@ -55,6 +61,9 @@ Race::Race(const Track& track, const Car& car, Driver& driver, const RaceOptions
   if (touch(car_.geometry, last_pose_, track.walls)) throw std::invalid_argument("race: the car starts on a wall");
   progress_.reset({last_pose_.x, last_pose_.y});
   sensors_.record(0.0, vehicle_.state());
+  if (options_.obstacle_sight > 0.0) {
+    box_.emplace(obstacle_pose(progress_, options_), options_.obstacle_length, options_.obstacle_width, car_.lidar);
+  }
   driver_->reset();
 }
 
@@ -80,6 +89,7 @@ void Race::move(int i) {
   sensors_.record(result_.time, vehicle_.state());
   sweep(before, after, i);
   check_laps(std::hypot(after.x - before.x, after.y - before.y));
+  if (!over() && box_) check_obstacle();
   if (!over()) check_contact();
   if (!over()) drive_if_free();
 }
@@ -97,7 +107,9 @@ void Race::sweep(const Pose2& before, const Pose2& after, int i) {
   if (last <= next_beam_) return;
   const double middle = begin + duration * 0.5 * (next_beam_ + last - 1) / (beams - 1);
   const double t = duration > 0.0 ? std::clamp(middle / step_ - (i - 1), 0.0, 1.0) : 1.0;
-  lidar_.scan_sector(laser_pose(between(before, after, t)), next_beam_, last, ranges_);
+  const Pose2 laser = laser_pose(between(before, after, t));
+  lidar_.scan_sector(laser, next_beam_, last, ranges_);
+  if (obstacle_) obstacle_->add_to_scan(laser, next_beam_, last, ranges_);
   next_beam_ = last;
 }
 
@@ -127,6 +139,25 @@ void Race::check_laps(double distance) {
   meter_.add((1.0 - share) * step_, (1.0 - share) * distance, speed, offset);
 }
 
+// The box appears once, and then stays for the rest of the race. It must also be near along the track: in a
+// hairpin it may be close by, and yet far ahead.
+void Race::check_obstacle() {
+  const Pose2 pose = vehicle_.pose();
+  if (!obstacle_) {
+    const double ahead = options_.obstacle_at - progress_.travelled();
+    if (ahead > 2.0 * options_.obstacle_sight + reach(car_.geometry) + options_.obstacle_length) return;
+    if (clearance(car_.geometry, pose, box_->walls()) > options_.obstacle_sight) return;
+    obstacle_ = &*box_;
+    const VehicleState state = vehicle_.state();
+    result_.obstacle = ObstacleSeen{result_.time, box_->middle(), state.speed, state.yaw_rate, 1e9};
+  }
+  const double distance = obstacle_->clearance(car_.geometry, pose);
+  result_.obstacle->clearance = std::min(result_.obstacle->clearance, distance);
+  meter_.add_clearance(distance);
+  if (distance > 0.0) return;
+  end_by_contact(obstacle_->touch(car_.geometry, pose).value_or(Point2{pose.x, pose.y}), true);
+}
+
 // The exact test only when the car may have come closer than ever in this lap: between tests the clearance
 // shrinks by no more than the farthest point of the car moves.
 void Race::check_contact() {
@@ -138,8 +169,11 @@ void Race::check_contact() {
   clearance_bound_ = clearance(car_.geometry, pose, track_->walls);
   meter_.add_clearance(clearance_bound_);
   if (clearance_bound_ > 0.0) return;
-  const Point2 point = touch(car_.geometry, pose, track_->walls).value_or(Point2{pose.x, pose.y});
-  result_.contact = Contact{result_.time, point.x, point.y, progress_.s()};
+  end_by_contact(touch(car_.geometry, pose, track_->walls).value_or(Point2{pose.x, pose.y}), false);
+}
+
+void Race::end_by_contact(Point2 point, bool obstacle) {
+  result_.contact = Contact{result_.time, point.x, point.y, progress_.s(), obstacle};
   result_.outcome = Outcome::contact;
 }
 

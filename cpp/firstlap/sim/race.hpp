@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <tuple>
 #include <utility>
@@ -13,6 +14,7 @@
 #include "firstlap/field.hpp"
 #include "firstlap/sim/car.hpp"
 #include "firstlap/sim/lap_meter.hpp"
+#include "firstlap/sim/obstacle.hpp"
 #include "firstlap/sim/progress.hpp"
 #include "firstlap/sim/race_result.hpp"
 #include "firstlap/sim/vehicle.hpp"
@@ -39,6 +41,12 @@ struct RaceOptions {
   double stuck_speed = 0.05;
   double stuck_time = 3.0;
   double wrong_way_distance = 3.0;
+  double obstacle_sight = 0.0;
+  double obstacle_at = 0.0;
+  double obstacle_offset = 0.0;
+  double obstacle_yaw = 0.0;
+  double obstacle_length = 0.20;
+  double obstacle_width = 0.33;
   bool record_path = true;
 
   static constexpr auto fields() {
@@ -57,6 +65,13 @@ struct RaceOptions {
         Field{"stuck_speed", &P::stuck_speed, "m/s", 0.0, 1.0, "slower than this counts as standing"},
         Field{"stuck_time", &P::stuck_time, "s", 0.1, 1000.0, "standing this long ends the race"},
         Field{"wrong_way_distance", &P::wrong_way_distance, "m", 0.1, 1000.0, "back from the best progress, ends it"},
+        Field{"obstacle_sight", &P::obstacle_sight, "m", 0.0, 1000.0,
+              "a box appears when the car comes this near to it (0: none does)"},
+        Field{"obstacle_at", &P::obstacle_at, "m", 0.0, 1e6, "the box's middle: way from the start, laps included"},
+        Field{"obstacle_offset", &P::obstacle_offset, "m", -20.0, 20.0, "and left of the centerline"},
+        Field{"obstacle_yaw", &P::obstacle_yaw, "rad", -3.2, 3.2, "the box is turned left of the centerline"},
+        Field{"obstacle_length", &P::obstacle_length, "m", 0.01, 20.0, "of the box along its heading"},
+        Field{"obstacle_width", &P::obstacle_width, "m", 0.01, 20.0, "of the box across"},
         Field{"record_path", &P::record_path, "", 0.0, 1.0, "keep a sample per scan"},
     };
   }
@@ -94,7 +109,9 @@ class Race {
   void move(int i);
   void sweep(const Pose2& before, const Pose2& after, int i);
   void check_laps(double distance);
+  void check_obstacle();
   void check_contact();
+  void end_by_contact(Point2 point, bool obstacle);
   void check_rules();
   void receive();
   void drive_if_free();
@@ -112,6 +129,8 @@ class Race {
   Sensors sensors_;
   Rng lidar_rng_;
   LapMeter meter_;
+  std::optional<Obstacle> box_;
+  Obstacle* obstacle_ = nullptr;  // the box, from when it has appeared
   int steps_per_scan_ = 1;
   double step_ = 0.0, period_ = 0.0;
   long scans_ = 0;

@@ -37,6 +37,16 @@ struct Contact {
   double time = 0.0;        // [s] since the start
   double x = 0.0, y = 0.0;  // [m] on the wall
   double s = 0.0;           // [m] of base_link along the centerline
+  bool obstacle = false;    // it was the sudden obstacle, not a wall
+};
+
+// The sudden obstacle, once it has appeared.
+struct ObstacleSeen {
+  double time = 0.0;       // [s] it appeared
+  Pose2 middle{};          // [m], [rad]
+  double speed = 0.0;      // [m/s] of the car at that time
+  double yaw_rate = 0.0;   // [rad/s]
+  double clearance = 0.0;  // [m] smallest distance between car and box since
 };
 
 // At each scan instant, the true state and the command the driver gave for it.
@@ -59,6 +69,7 @@ struct RaceResult {
   double distance = 0.0;  // [m] driven so far
   std::vector<Lap> laps;
   std::optional<Contact> contact;
+  std::optional<ObstacleSeen> obstacle;
   std::vector<float> compute_times;  // [us] of each driver step, by its thread's CPU clock
   long skipped_scans = 0;            // which the driver never saw, because it was busy
   std::vector<PathSample> path;      // empty unless options.record_path

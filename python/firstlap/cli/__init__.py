@@ -7,7 +7,7 @@ import sys
 import typer
 
 from firstlap import __version__
-from firstlap.cli import bench, check, compare, explain, line, perception, race, replay, survey, tracks
+from firstlap.cli import bench, check, compare, explain, line, perception, race, replay, robustness, survey, tracks
 from firstlap.cli.common import fail
 from firstlap.cli.localise import localise
 from firstlap.cli.map import map_command
@@ -34,6 +34,7 @@ app.command("race")(race.race)
 app.command("survey")(survey.survey)
 app.command("compare")(compare.compare)
 app.command("perception")(perception.perception)
+app.command("robustness")(robustness.robustness)
 app.command("explain")(explain.explain)
 app.command("replay")(replay.replay)
 app.command("check")(check.check)

@@ -1,0 +1,125 @@
+"""firstlap robustness"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.markup import escape
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from firstlap import __version__
+from firstlap.car_file import load_car
+from firstlap.cli.common import (
+    CarOption,
+    JsonOption,
+    LapsOption,
+    SetOption,
+    SetupOption,
+    chosen_setup,
+    console,
+    fail,
+    note,
+    print_json,
+    progress_bar,
+)
+from firstlap.cli.survey import expand
+from firstlap.output import check_writable
+from firstlap.robustness import BESIDE, SWEEPS, Drive, Robustness, chosen_sweeps
+from firstlap.tracks.library import load_track
+
+
+def robustness(
+    tracks: Annotated[list[str], typer.Argument(metavar="TRACK...", help="Tracks as of `survey`.")],
+    setup: SetupOption = "sure",
+    changes: SetOption = None,
+    sweeps: Annotated[
+        list[str] | None,
+        typer.Option("--sweep", metavar="NAME", help=f"Only this: {', '.join(s.name for s in SWEEPS)}; repeatable."),
+    ] = None,
+    laps: LapsOption = 2,
+    seeds: Annotated[int, typer.Option("--seeds", min=1, max=1_000, help="Seeds 1 to K for each race.")] = 2,
+    both: Annotated[bool, typer.Option("--both", help="Both directions.")] = False,
+    places: Annotated[
+        int, typer.Option("--places", min=1, max=1_000, help="Sudden obstacles per lap, on the line and beside it.")
+    ] = 8,
+    car: CarOption = "default",
+    plot: Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Write a picture of the curves.")] = None,
+    as_json: JsonOption = False,
+) -> int:
+    """Race against lost beams, noise, joints, slow scans, latency and sudden obstacles: what may go wrong? Exits 0
+    when nothing was touched, 1 when something was."""
+    if plot:
+        from firstlap.plot import PICTURES
+
+        check_writable(plot, PICTURES)
+    chosen = chosen_sweeps(sweeps)
+    races = Robustness(chosen_setup(setup, changes), load_car(car), laps)
+    loaded = {spec: load_track(spec) for spec in expand(tracks)}
+    interrupted = False
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with progress_bar(*columns) as bar:
+        task = bar.add_task("planning", total=None)
+        touched = 0
+
+        def done(drive: Drive) -> None:
+            nonlocal touched
+            touched += not drive.contact_free
+            bar.update(task, advance=1, description=f"racing, {touched} touched something")
+
+        try:
+            cases = list(races.cases(chosen, loaded, seeds, both, places))
+            bar.update(task, total=len(cases))
+            races.drive(cases, done)
+        except KeyboardInterrupt:
+            interrupted = True
+    found = {
+        "version": __version__,
+        **races.to_dict(),
+        "seeds": seeds,
+        "both": both,
+        "places": places,
+        "beside": list(BESIDE),
+        "interrupted": interrupted,
+    }
+    if plot and found["sweeps"]:
+        from firstlap.robustness_plot import plot_robustness
+
+        plot_robustness(found, plot)
+    if as_json:
+        print_json(found)
+    else:
+        _print(found, plot)
+    if interrupted:
+        return fail(f"interrupted after {len(races.drives)} races", 130)
+    return 0 if touched == 0 else 1
+
+
+def _print(found: dict[str, Any], plot: Path | None) -> None:
+    out = console()
+    for sweep in found["sweeps"]:
+        box = sweep["name"] == "obstacle"
+        table = Table(title=escape(f"{sweep['title']}, setup {found['setup']}"))
+        last = ("passed %", "stopped %", "impossible") if box else ("lap / undisturbed",)
+        for heading in (f"{sweep['unit'] or 'times'}", "runs", "contact-free %", "finished %", *last):
+            table.add_column(heading, justify="right")
+        for point in sweep["points"]:
+            clean = point["contact_free"] == 1.0
+            rates = [_percent(point["contact_free"]), _percent(point["finished"])]
+            if box:
+                rest = [_percent(point["passed"]), _percent(point["stopped"]), str(point["impossible"])]
+            else:
+                rest = ["-" if point["lap_ratio"] is None else f"{point['lap_ratio']:.3f}"]
+            style = "" if clean else "yellow"
+            table.add_row(f"{point['value']:g}", str(point["runs"]), *rates, *rest, style=style)
+        out.print(table)
+    for remark in found["notes"]:
+        note(remark)
+    if plot:
+        out.print(escape(f"picture: {plot}"), soft_wrap=True)
+
+
+def _percent(rate: float | None) -> str:
+    return "-" if rate is None else f"{100.0 * rate:.1f}"

@@ -1,0 +1,118 @@
+"""Write docs/robustness.md from what `firstlap robustness --json` printed.
+
+Usage: scripts/robustness.py CURVES.json [OBSTACLES.json...] >docs/robustness.md   (the commands stand in the page)
+"""
+
+import json
+import pathlib
+import sys
+from typing import Any
+
+HEAD = """# Robustness
+
+Printed by `scripts/robustness.py` from `firstlap robustness --json`: one disturbance at a time, everything else as in
+any race of the default car (noise 10 mm, 0.2 % of beams lost, servo delay 40 ms, friction 0.75).
+
+```sh
+{commands}
+scripts/robustness.py {files} >docs/robustness.md
+```
+
+![curves](robustness.png)
+
+"""
+
+WHAT = """## What is disturbed
+
+- **lost beams**: every beam of every scan is lost with this probability. **lost sectors**: the same share is lost in
+  sectors of 40 beams (10°) at places that are new in every scan.
+- **range noise**: standard deviation of every range. The driver's `range_sigma` stays at 10 mm.
+- **pipe joints**: all walls become pipes of 1.5 m with joints of this width. The beam passes a joint, the car does not.
+- **scan rate**: of the LiDAR, and with it of the commands. **latency**: from a scan's end to its command, on top of
+  the servo's delay.
+- **obstacle**: a box of 0.33 m by 0.20 m appears on the line that the car drives without it, and 0.3 m to either side,
+  at {places} places of a lap. It appears when the car has come as near as this many of its shortest stopping distances:
+  two scans to see it, full braking with the grip that a bend leaves, the speed loop's tail, and 5 cm, all of the
+  *simulated car*, not of the driver's own parameters (`stopping_distance` in `python/firstlap/robustness.py`). The car
+  must pass or stop; a car that was already nearer than that is counted as impossible and is in no rate: nothing could
+  have stopped it, though it may have swerved.
+
+A run is contact-free when neither wall nor box was touched. Laps are median laps over those at the first value.
+
+"""
+
+
+def name_of(track: str) -> str:
+    """The name that a row shows: a map's file name without its folder."""
+    return pathlib.PurePath(track).stem if track.endswith(".yaml") else track
+
+
+def command(found: dict[str, Any], file: str) -> str:
+    """The command line that printed `found`."""
+    tracks = " ".join(f"{name_of(t)}.yaml" if t.endswith(".yaml") else t for t in found["sweeps"][0]["tracks"])
+    chosen = [sweep["name"] for sweep in found["sweeps"]]
+    sweeps = "" if len(chosen) > 1 else f" --sweep {chosen[0]}"
+    both = " --both" if found["both"] else ""
+    runs = f"--laps {found['laps']} --seeds {found['seeds']} --places {found['places']}"
+    return f"firstlap robustness {tracks} --setup {found['setup']}{sweeps} {runs}{both} --json >{file}"
+
+
+def percent(rate: float | None) -> str:
+    """A rate, or a dash."""
+    return "–" if rate is None else f"{100.0 * rate:.1f} %"
+
+
+def curve(sweep: dict[str, Any]) -> str:
+    """One sweep as a table."""
+    box = sweep["name"] == "obstacle"
+    more = "passed | stopped | impossible" if box else "lap"
+    text = f"### {sweep['title']}\n\n| {sweep['unit'] or 'times'} | runs | contact-free | finished | {more} |\n"
+    text += "|---" * (7 if box else 5) + "|\n"
+    for point in sweep["points"]:
+        row = [f"{point['value']:g}", str(point["runs"]), percent(point["contact_free"]), percent(point["finished"])]
+        if box:
+            row += [percent(point["passed"]), percent(point["stopped"]), str(point["impossible"])]
+        else:
+            row += ["–" if point["lap_ratio"] is None else f"{point['lap_ratio']:.3f}"]
+        text += "| " + " | ".join(row) + " |\n"
+    return text + "\n" + contacts(sweep)
+
+
+def contacts(sweep: dict[str, Any]) -> str:
+    """Where something was touched or a race was not finished, track by track."""
+    if not sweep["contacts"] and all(point["finished"] in (1.0, None) for point in sweep["points"]):
+        return "Nothing was touched, and every run came to its end.\n\n"
+    rows = {}
+    for spec, points in sweep["tracks"].items():
+        bad = [
+            f"{point['value']:g}: {percent(point['contact_free'])} contact-free, {percent(point['finished'])} finished"
+            for point in points
+            if point["runs"] and point["finished"] < 1.0
+        ]
+        if bad:
+            rows[name_of(spec)] = "; ".join(bad)
+    return "\n".join(f"- {name}: {text}" for name, text in rows.items()) + "\n\n"
+
+
+def page(found: list[dict[str, Any]], files: list[str]) -> str:
+    """The whole page."""
+    commands = "\n".join(command(data, file) for data, file in zip(found, files, strict=True))
+    commands = commands.replace(" --json", " --json --plot docs/robustness.png", 1)
+    text = HEAD.format(commands=commands, files=" ".join(files)) + WHAT.format(places=found[0]["places"])
+    for data in found:
+        tracks = ", ".join(name_of(track) for track in data["sweeps"][0]["tracks"])
+        both = ", both directions" if data["both"] else ""
+        text += f"## `{data['setup']}`: {tracks}\n\n{data['laps']} laps, seeds 1 to {data['seeds']}{both}.\n\n"
+        text += "".join(curve(sweep) for sweep in data["sweeps"])
+    why = pathlib.Path(__file__).resolve().parents[1] / "docs" / "robustness_why.md"
+    return text.rstrip("\n") + "\n\n" + why.read_text(encoding="utf-8") if why.is_file() else text.rstrip("\n") + "\n"
+
+
+def main(files: list[str]) -> None:
+    """Print the page."""
+    found = [json.loads(pathlib.Path(file).read_text(encoding="utf-8")) for file in files]
+    print(page(found, [pathlib.PurePath(file).name for file in files]), end="")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
