@@ -152,12 +152,12 @@ def with_body(recording: Recording, beams: slice, length: float) -> Recording:
 
 
 def test_returns_of_the_car_itself_are_found_and_masked(corridor):
-    seen = with_body(corridor, slice(0, 12), 0.5)
+    seen = with_body(corridor, slice(0, 12), 0.9)
     found = drive(seen)
     assert found.body is not None
     assert found.body.beams == 12
-    assert "12 beams see the car itself: masked by --set mask_angle=2.05 --set mask_range=0.55" in found.remarks
-    assert found.driven.setup.get("mask_range") == 0.55
+    assert "12 beams see the car itself: masked by --set mask_angle=2.05 --set mask_range=0.95" in found.remarks
+    assert found.driven.setup.get("mask_range") == 0.95
     assert drive(seen, mask_body=False).body is None
     own = load_setup("base").with_values({"mask_range": 0.2})
     assert run_replay(seen, own, load_car("default")).body is None
@@ -168,7 +168,7 @@ def test_a_body_inside_the_setups_mask_needs_none(corridor):
     assert find_body(with_body(corridor, slice(0, 10), 0.2), load_setup("base")) is None
     # At a standstill everything looks like the car.
     still = replace(corridor, states=np.zeros_like(corridor.states))
-    assert find_body(with_body(still, slice(0, 12), 0.5), load_setup("base")) is None
+    assert find_body(with_body(still, slice(0, 12), 0.9), load_setup("base")) is None
 
 
 def test_the_lasers_place_comes_from_the_recording_and_is_said(corridor):
@@ -235,14 +235,12 @@ DENSE = {"straight_1_speed_1": 707, "sinside_corner_1_speed_1": 605}
 def test_real_corridors_are_planned_through(name):
     recording = load_recording(SCANS / name / "rosbag2", Topics(drive="/vesc/low_level/ackermann_cmd"))
     found = drive(recording, "sure")
-    assert found.body is not None
+    assert found.body is None  # what shows of this car is shorter than the mask of every setup
     measured = found.to_dict()
     assert measured["scans"] == DENSE[name]
     assert measured["available"]["1"] >= 0.99
     assert measured["jump"]["p95"] <= 0.20
     assert measured["jump"]["big"] <= 0.07
-    # The body, where it is left in, is a wall that stands beside the car.
-    assert drive(recording, "sure", mask_body=False).to_dict()["available"]["1"] < measured["available"]["1"]
 
 
 @needs_scans
