@@ -17,8 +17,8 @@ Printed by `scripts/tuned.py` from `firstlap tune --json`. Every race differs in
 start as of the field table in [parameters.md](parameters.md#tuning). Laps are mean flying laps in seconds on
 unseen seeds, which neither the search nor the choice had raced; `from` is the setup that the search was to beat, on the
 same seeds. `chosen on`: seeds x laps of the choice; the validation has 50 seeds x as many laps.
-Processor time is of the search alone: half of it is the time on two free cores. These are short
-searches, of a quarter to a half of what three minutes on two cores allow.
+Laps and processor time are of the search alone, of a resumed study of its last run; half of that time is what two free
+cores need. These are short searches: three minutes on two cores allow two to five times as much.
 
 ```sh
 firstlap tune MAP.yaml --budget N --json --judge check_laps=L --judge check_seeds=C --judge finalists=1 \\
