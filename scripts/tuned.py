@@ -16,7 +16,15 @@ HEAD = """# What tuning found
 Printed by `scripts/tuned.py` from `firstlap tune --json`. Every race differs in seed, grip, delays, mass, servo and
 start as of the field table in [parameters.md](parameters.md#tuning). Laps are mean flying laps in seconds on
 unseen seeds, which neither the search nor the choice had raced; `from` is the setup that the search was to beat, on the
-same seeds. Processor time is of the search alone: half of it is the time on two free cores.
+same seeds. `chosen on`: seeds x laps of the choice; the validation has 50 seeds x as many laps.
+Laps and processor time are of the search alone, of a resumed study of its last run; half of that time is what two free
+cores need. These are short searches: three minutes on two cores allow two to five times as much.
+
+```sh
+firstlap tune MAP.yaml --budget N --json --judge check_laps=L --judge check_seeds=C --judge finalists=1 \\
+  --judge other_seeds=0 >MAP.json
+scripts/tuned.py *.json >docs/tuning_results.md
+```
 
 """
 
@@ -38,8 +46,8 @@ def global_laps(paths: list[str]) -> dict[str, float]:
 def laps_table(found: list[dict[str, Any]], laps: dict[str, float]) -> str:
     """What was gained where, and at what price."""
     lines = [
-        "| track | from | lap | tuned | less | finished | clearance | trials | laps | processor s | against global |",
-        "|---|---|---|---|---|---|---|---|---|---|---|",
+        "| track | from | lap | tuned | less | finished | clearance | chosen on | trials | laps | cpu s | to global |",
+        "|---|---|---|---|---|---|---|---|---|---|---|---|",
     ]
     for one in found:
         place = one["validation"]["places"][0]
@@ -53,6 +61,7 @@ def laps_table(found: list[dict[str, Any]], laps: dict[str, float]) -> str:
             f"{100 * (1 - tuned['lap'] / start['lap']):.1f} %",
             f"{tuned['races'] - tuned['failed']} of {tuned['races']}",
             f"{tuned['clearance']:.2f} m",
+            f"{one['judge']['check_seeds']:g} x {one['judge']['check_laps']:g}",
             f"{one['trials']}",
             f"{one['laps']:.0f}",
             f"{one['cpu_seconds']:.0f}" if "cpu_seconds" in one else "–",

@@ -12,6 +12,7 @@ from firstlap.tuning.spread import Conditions, drawn
 from firstlap.tuning.study import Trial
 
 CHUNK = 5
+STAGE = 30
 MOST_TRIES = 12
 Progress = Callable[[str, int], object]
 """Called with what is done and how many races are over."""
@@ -68,7 +69,7 @@ def choose(
     passed: list[Chosen] = []
     while waiting and len(passed) < judge["finalists"] and len(tried) < MOST_TRIES:
         trial = waiting.pop(0)
-        chosen = Chosen(trial, race_conditions(fresh, trial.given, conditions, pool, progress))
+        chosen = Chosen(trial, _race_while_it_holds(fresh, trial.given, conditions, pool, progress))
         tried.append(chosen)
         if chosen.check.holds:
             passed.append(chosen)
@@ -77,6 +78,18 @@ def choose(
     holds = min(passed, key=lambda chosen: chosen.lap, default=None)
     seen = _fastest_seen(fresh, trials, conditions, tried, pool, progress)
     return Choice(holds, seen, tried, race_conditions(fresh, compared, conditions, pool, progress))
+
+
+def _race_while_it_holds(
+    problem: Problem, given: Values, conditions: Sequence[Conditions], pool: Pool, progress: Progress
+) -> Verdict:
+    """Under all conditions, or until a stage of them shows that it does not hold."""
+    found: list[Verdict] = []
+    for first in range(0, len(conditions), STAGE):
+        found.append(race_conditions(problem, given, conditions[first : first + STAGE], pool, progress))
+        if not found[-1].holds:
+            break
+    return merged(found, problem.margin)
 
 
 def _fastest_seen(
@@ -92,7 +105,9 @@ def _fastest_seen(
     if fastest is None:
         return None
     again = next((chosen for chosen in tried if chosen.trial.number == fastest.number), None)
-    return again or Chosen(fastest, race_conditions(fresh, fastest.given, conditions, pool, progress))
+    if again and again.check.raced == len(conditions):
+        return again
+    return Chosen(fastest, race_conditions(fresh, fastest.given, conditions, pool, progress))
 
 
 def race_conditions(

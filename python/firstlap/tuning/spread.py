@@ -40,9 +40,9 @@ JUDGE_FIELDS = FieldTable(
         _row("judge", "margin", "m", (0.0, 1.0), 0.08, "a setup that comes nearer to a wall does not hold"),
         _row("judge", "hopeless", "", (0.0, 10.0), 0.04, "slower than the best by more than this share: ended early"),
         _row("judge", "slowest", "", (1.1, 10.0), 1.5, "a lap slower than this many of the start's is a timeout"),
-        _row("judge", "check_laps", "", (2, 100), 4, "laps of a race when the best are raced again on fresh seeds"),
-        _row("judge", "check_seeds", "", (1, 10_000), 50, "fresh seeds that a setup must hold on to be chosen"),
-        _row("judge", "finalists", "", (1, 100), 3, "setups that hold among which the fastest is chosen"),
+        _row("judge", "check_laps", "", (2, 100), 3, "laps of a race when the best are raced again on fresh seeds"),
+        _row("judge", "check_seeds", "", (1, 10_000), 100, "fresh seeds that a setup must hold on to be chosen"),
+        _row("judge", "finalists", "", (1, 100), 2, "setups that hold among which the fastest is chosen"),
         _row("judge", "unseen_seeds", "", (1, 10_000), 50, "seeds of the validation on the track itself"),
         _row(
             "judge",
