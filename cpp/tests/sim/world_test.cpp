@@ -44,8 +44,7 @@ TEST(World, ABodyIsSeenAsABoxOfWallsWouldBe) {
   const CarGeometry geometry;
   const Pose2 laser{0.3, -0.2, 0.4};
   LidarParams params;
-  for (const Pose2 body :
-       {Pose2{2.0, 0.5, 0.3}, Pose2{-1.5, 0.2, 2.0}, Pose2{0.9, -0.9, -0.1}, Pose2{0.4, 3.0, 1.0}}) {
+  for (const Pose2 body : {Pose2{2.0, 0.5, 0.3}, Pose2{-1.5, 0.2, 2.0}, Pose2{0.9, -0.9, -0.1}, Pose2{0.4, 3.0, 1.0}}) {
     const auto edges = body_edges(geometry, body);
     const Walls none, box(std::vector<WallSegment>(edges.begin(), edges.end()));
     std::vector<float> expected(static_cast<std::size_t>(params.beams)), drawn = expected;
