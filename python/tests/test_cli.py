@@ -188,7 +188,7 @@ BAD = {
     "no laps": ("race", "arena", "--setup", "base", "--laps", 0),
     "gigantic seed": ("race", "arena", "--setup", "base", "--seed", 2**64),
     "unknown option": ("race", "arena", "--fast"),
-    "unknown command": ("drive",),
+    "unknown command": ("overtake",),
     "nothing to race": ("race",),
     "no folder for the picture": ("race", "arena", "--setup", "base", "--plot", "no/such/a.png"),
     "no picture": ("race", "arena", "--setup", "base", "--plot", "a.txt"),

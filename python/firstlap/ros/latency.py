@@ -156,14 +156,14 @@ def _play(played: Any, node: Any, seconds: float, rate: float, look: Callable[[f
 
     def on_drive(message: Any) -> None:
         nonlocal stopped
-        stopped = stopped + 1 if message.drive.speed == 0.0 else 0
+        began = sent.pop(key(message.header.stamp), None)
+        if began is not None and counting:
+            found.scan_to_drive.append(1e3 * (time.perf_counter() - began))
+        stopped = stopped + 1 if began is None else 0  # the watchdog's stops answer no scan
         if stopped == STOPPED:
             found.stops += counting
             resume.call_async(Trigger.Request())
             stopped = 0
-        began = sent.pop(key(message.header.stamp), None)
-        if began is not None and counting:
-            found.scan_to_drive.append(1e3 * (time.perf_counter() - began))
 
     def on_diagnostics(message: Any) -> None:
         told = {value.key: value.value for value in message.status[0].values}
