@@ -152,12 +152,12 @@ def with_body(recording: Recording, beams: slice, length: float) -> Recording:
 
 
 def test_returns_of_the_car_itself_are_found_and_masked(corridor):
-    seen = with_body(corridor, slice(120, 132), 0.5)
+    seen = with_body(corridor, slice(28, 40), 0.5)
     found = drive(seen)
     assert found.body is not None
     assert found.body.beams == 12
-    assert "12 beams see the car itself: masked by --set mask_angle=1.77 --set mask_range=0.8" in found.remarks
-    assert found.driven.setup.get("mask_angle") == 1.77
+    assert "12 beams see the car itself: masked by --set mask_angle=1.66 --set mask_range=0.8" in found.remarks
+    assert found.driven.setup.get("mask_angle") == 1.66
     assert drive(seen, mask_body=False).body is None
     own = load_setup("base").with_values({"mask_range": 0.2})
     assert run_replay(seen, own, load_car("default")).body is None
