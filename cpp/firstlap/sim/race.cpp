@@ -89,7 +89,7 @@ void Race::move(int i) {
   sensors_.record(result_.time, vehicle_.state());
   sweep(before, after, i);
   check_laps(std::hypot(after.x - before.x, after.y - before.y));
-  if (!over() && box_) check_obstacle();
+  if (!over()) check_obstacle();
   if (!over()) check_contact();
   if (!over()) drive_if_free();
 }
@@ -142,20 +142,25 @@ void Race::check_laps(double distance) {
 // The box appears once, and then stays for the rest of the race. It must also be near along the track: in a
 // hairpin it may be close by, and yet far ahead.
 void Race::check_obstacle() {
+  if (!box_) return;
+  Obstacle& box = *box_;
   const Pose2 pose = vehicle_.pose();
   if (!obstacle_) {
     const double ahead = options_.obstacle_at - progress_.travelled();
     if (ahead > 2.0 * options_.obstacle_sight + reach(car_.geometry) + options_.obstacle_length) return;
-    if (clearance(car_.geometry, pose, box_->walls()) > options_.obstacle_sight) return;
-    obstacle_ = &*box_;
+    if (clearance(car_.geometry, pose, box.walls()) > options_.obstacle_sight) return;
+    obstacle_ = &box;
     const VehicleState state = vehicle_.state();
-    result_.obstacle = ObstacleSeen{result_.time, box_->middle(), state.speed, state.yaw_rate, 1e9};
+    result_.obstacle = ObstacleSeen{result_.time, box.middle(), state.speed, state.yaw_rate, 1e9};
   }
-  const double distance = obstacle_->clearance(car_.geometry, pose);
-  result_.obstacle->clearance = std::min(result_.obstacle->clearance, distance);
+  const double distance = box.clearance(car_.geometry, pose);
+  if (result_.obstacle) {
+    ObstacleSeen& seen = *result_.obstacle;
+    seen.clearance = std::min(seen.clearance, distance);
+  }
   meter_.add_clearance(distance);
   if (distance > 0.0) return;
-  end_by_contact(obstacle_->touch(car_.geometry, pose).value_or(Point2{pose.x, pose.y}), true);
+  end_by_contact(box.touch(car_.geometry, pose).value_or(Point2{pose.x, pose.y}), true);
 }
 
 // The exact test only when the car may have come closer than ever in this lap: between tests the clearance
