@@ -18,7 +18,7 @@ from matplotlib.patches import Polygon, Rectangle
 
 from firstlap.drivers.registry import driver_kind
 from firstlap.explain import Moment
-from firstlap.plot import BAD, FAINT, INK, LEFT, PAPER, RIGHT, coloured_line, new_figure, save
+from firstlap.plot import BAD, FAINT, INK, LEFT, PAPER, RIGHT, coloured_line, new_figure, save, write
 
 PATH = "#6a1b9a"
 LINE = "#2e7d32"
@@ -61,8 +61,8 @@ def draw_local(moment: Moment) -> Figure:
 def write_head(figure: Figure, moment: Moment, facts: str) -> None:
     """Title, status, command, what was measured, and a line of facts."""
     speed, angle, status = moment.trace["result"]
-    figure.text(0.02, 0.962, moment.title, fontsize=19, fontweight="bold", color=INK, va="center", parse_math=False)
-    figure.text(0.02, 0.928, moment.subtitle, fontsize=10.5, color=INK, va="center", parse_math=False)
+    write(figure, 0.02, 0.962, moment.title, fontsize=19, fontweight="bold")
+    write(figure, 0.02, 0.928, moment.subtitle, fontsize=10.5)
     colour = GOOD if status == "ok" and not moment.outcome else BAD
     said = status.replace("_", " ") + (f", then {moment.outcome}" if moment.outcome else "")
     figure.text(0.69, 0.955, said, fontsize=17, fontweight="bold", color=colour, va="center")

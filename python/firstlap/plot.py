@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
 from firstlap.output import check_writable, write_whole
+from firstlap.text import printable
 from firstlap.tracks.track import Track
 
 if TYPE_CHECKING:
@@ -42,6 +43,11 @@ def new_figure(width: float, height: float) -> Figure:
 def save(figure: Figure, path: str | Path) -> None:
     """Writes the figure whole or not at all. Raises InputError."""
     write_whole(check_writable(path, PICTURES), lambda name: figure.savefig(name, dpi=140))
+
+
+def write(figure: Figure, x: float, y: float, text: str, **options: Any) -> None:
+    """Text that holds names of files or setups, as it is: no formula, and with whatever bytes they have."""
+    figure.text(x, y, printable(text), color=INK, va="center", parse_math=False, **options)
 
 
 def coloured_line(axes: Axes, x: Points, y: Points, value: Points, width: float, **options: Any) -> LineCollection:
@@ -152,15 +158,13 @@ def plot_race(result: RaceResult, path: str | Path) -> None:
 def _write_labels(figure: Figure, result: RaceResult, height: float) -> None:
     track = result.track
     name = Path(track.name).stem if "/" in track.name else track.name
-    figure.text(
-        0.03, 1.0 - 0.42 / height, name, fontsize=19, fontweight="bold", color=INK, va="center", parse_math=False
-    )
+    write(figure, 0.03, 1.0 - 0.42 / height, name, fontsize=19, fontweight="bold")
     direction = "" if result.direction == "forward" else ", reverse"
     details = (
         f"{track.length:.1f} m{direction}   ·   setup {result.setup.name}   ·   car {result.car.name}"
         f"   ·   seed {result.seed}   ·   {result.outcome.replace('_', ' ')}"
     )
-    figure.text(0.97, 1.0 - 0.42 / height, details, fontsize=11, color=INK, va="center", ha="right", parse_math=False)
+    write(figure, 0.97, 1.0 - 0.42 / height, details, fontsize=11, ha="right")
     laps = result.laps[:8]
     for row, lap in enumerate(laps):
         best = lap.time == result.best

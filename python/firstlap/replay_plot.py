@@ -13,10 +13,11 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 
 from firstlap.continuity import BIG_JUMP, JUMP_AHEAD
-from firstlap.plot import BAD, FAINT, INK, LEFT, bare, coloured_line, new_figure, save
+from firstlap.plot import BAD, FAINT, INK, LEFT, bare, coloured_line, new_figure, save, write
 from firstlap.recordings.recording import LONGEST_PAUSE
 from firstlap.replay import Driven, Replay
 from firstlap.step_log import STATUSES
+from firstlap.text import printable
 
 Floats = npt.NDArray[np.float64]
 
@@ -71,25 +72,26 @@ def _broken(times: Floats, values: Floats) -> tuple[Floats, Floats]:
 
 
 def _title(axes: Axes, text: str) -> None:
-    axes.set_title(text, fontsize=11, color=INK, loc="left", pad=6)
+    axes.set_title(printable(text), fontsize=11, color=INK, loc="left", pad=6, parse_math=False)
 
 
 def _legend(axes: Axes) -> None:
-    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=9, frameon=False, fontsize=9, labelcolor=INK,
-                borderaxespad=0.1, handlelength=1.2, columnspacing=1.2)  # fmt: skip
+    legend = axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=9, frameon=False, fontsize=9,
+                         labelcolor=INK, borderaxespad=0.1, handlelength=1.2, columnspacing=1.2)  # fmt: skip
+    for label in legend.get_texts():
+        label.set_parse_math(False)
 
 
 def _write_head(figure: Figure, replay: Replay, height: float) -> None:
     recording, found = replay.recording, replay.to_dict()
-    figure.text(LEFT_EDGE, 1.0 - 0.42 / height, recording.name, fontsize=19, fontweight="bold", color=INK, va="center",
-                parse_math=False)  # fmt: skip
+    write(figure, LEFT_EDGE, 1.0 - 0.42 / height, recording.name, fontsize=19, fontweight="bold")
     other = f" against {replay.against.setup.name}" if replay.against else ""
     statuses = ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in found["statuses"].items())
     details = (
         f"{found['scans']} scans, {found['seconds']:.1f} s   ·   setup {replay.driven.setup.name}{other}, car "
         f"{replay.car.name}   ·   {statuses}   ·   speed from {recording.sources['speed']}"
     )
-    figure.text(LEFT_EDGE, 1.0 - 0.82 / height, details, fontsize=10.5, color=INK, va="center", parse_math=False)
+    write(figure, LEFT_EDGE, 1.0 - 0.82 / height, details, fontsize=10.5)
 
 
 def _draw_commands(speeds: Axes, angles: Axes, replay: Replay) -> None:
@@ -108,7 +110,7 @@ def _draw_commands(speeds: Axes, angles: Axes, replay: Replay) -> None:
     for one, colour in ((other, OTHER), (driven, PLANNED)):
         if one is None:
             continue
-        style: dict[str, Any] = {"color": colour, "linewidth": 1.2, "label": one.setup.name}
+        style: dict[str, Any] = {"color": colour, "linewidth": 1.2, "label": printable(one.setup.name)}
         speeds.plot(*_broken(times, one.speed), **style)
         angles.plot(*_broken(times, np.degrees(one.steering_angle)), **style)
     speeds.set_ylim(bottom=min(0.0, float(recording.speed.min())))
@@ -186,11 +188,11 @@ def _draw_way(figure: Figure, replay: Replay, height: float) -> None:
     axes.plot(x[bad], y[bad], "x", color=BAD, markersize=5, label="not ok")
     big = np.flatnonzero(np.nan_to_num(driven.jump) > BIG_JUMP)
     axes.plot(x[big], y[big], "o", markerfacecolor="none", markeredgecolor=INK, markersize=5, label="path jumps")
-    axes.set_title(
+    _title(
+        axes,
         f"the way driven ({recording.frame or 'no frame'}), coloured by planned speed\n"
         f"{driven.speed.min():.1f} to {driven.speed.max():.1f} m/s",
-        fontsize=11, color=INK, loc="left",
-    )  # fmt: skip
+    )
     axes.legend(loc="lower left", frameon=False, fontsize=9.5, labelcolor=INK)
     reach = 0.5 * max(np.ptp(x), np.ptp(y), 1.0) * math.sqrt(1.1)
     axes.set_xlim(0.5 * (x.min() + x.max()) - reach, 0.5 * (x.min() + x.max()) + reach)

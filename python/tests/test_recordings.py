@@ -221,6 +221,79 @@ def test_a_chunk_that_is_cut_off_is_read_as_far_as_it_goes(tmp_path, packed):
     assert "cut off" in remarks(recording)
 
 
+def chunked_mcap(path: Path, packed: bool, count: int = 200) -> tuple[Path, list[tuple[int, int]]]:
+    """A finished file of many chunks; where each begins and ends."""
+    from mcap.reader import make_reader
+    from mcap.writer import CompressionType, Writer
+
+    from firstlap.recordings.messages import typestore
+
+    with path.open("wb") as file:
+        writer = Writer(file, 12_000, CompressionType.ZSTD if packed else CompressionType.NONE)
+        writer.start("ros2")
+        schema = writer.register_schema(bags.SCAN, "ros2msg", b"")
+        channel = writer.register_channel("/scan", "cdr", schema)
+        for entry in bags.entries(count, odom=False, commands=False):
+            data = bytes(typestore().serialize_cdr(entry.message, bags.SCAN))
+            writer.add_message(channel, entry.time, data, entry.time)
+        writer.finish()
+    with path.open("rb") as file:
+        summary = make_reader(file).get_summary()
+    assert summary is not None
+    return path, [(one.chunk_start_offset, one.chunk_start_offset + one.chunk_length) for one in summary.chunk_indexes]
+
+
+@pytest.mark.parametrize("packed", [False, True])
+@pytest.mark.parametrize("seed", range(4))
+def test_a_damaged_chunk_is_left_out_and_said_and_the_next_ones_are_read(tmp_path, packed, seed):
+    dice = random.Random(seed)
+    path, chunks = chunked_mcap(tmp_path / "a.mcap", packed)
+    assert len(chunks) > 10
+    data = bytearray(path.read_bytes())
+    bad = {0, *dice.sample(range(1, len(chunks)), 2)}  # the first one explains the channels
+    for index in bad:
+        begin, end = chunks[index]
+        # Seed 0: the record's own length; it cannot be believed then.
+        at = begin + 1 + dice.randrange(8) if seed == 0 else dice.randrange(begin + 60, end)
+        data[at] ^= 1 + dice.randrange(255)
+    path.write_bytes(data)
+    recording = load_recording(path)
+    assert 0.6 * 200 < len(recording) < (201 if seed == 0 else 200)
+    whole = {bags.corridor(seed=i).tobytes() for i in range(200)}
+    assert all(one.tobytes() in whole for one in recording.ranges)
+    assert f"a.mcap is damaged: 3 of its parts were left out, {len(recording)} messages were read" in remarks(recording)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_whatever_is_lost_to_damage_is_said(tmp_path, seed):
+    dice = random.Random(seed)
+    path, _ = chunked_mcap(tmp_path / "a.mcap", True)
+    data = bytearray(path.read_bytes())
+    for _ in range(dice.choice((1, 5, 20, 200))):
+        data[dice.randrange(8, len(data))] = dice.randrange(256)
+    path.write_bytes(data)
+    try:
+        recording = load_recording(path)
+    except InputError as error:
+        assert "damaged" in str(error)
+    else:
+        assert len(recording) == 200 or "damaged" in remarks(recording)
+
+
+@pytest.mark.parametrize("kind", ["mcap", "db3"])
+def test_any_cut_is_said(tmp_path, kind):
+    path = bags.WRITERS[kind](tmp_path)
+    data = path.read_bytes()
+    for seed in range(12):
+        path.write_bytes(data[: random.Random(seed).randrange(20, len(data))])
+        try:
+            recording = load_recording(path)
+        except InputError as error:
+            assert "cut off" in str(error)
+        else:
+            assert "cut off" in remarks(recording)
+
+
 def unfinished_mcap(path: Path, chunk_size: int, packed: bool = True, count: int = 60) -> Path:
     """A file of chunks without its end, as a writer leaves it that is killed."""
     from mcap.writer import CompressionType, Writer
@@ -264,6 +337,18 @@ def test_hopeless_files_are_refused_in_one_line(cli, tmp_path, name):
     assert said.err.startswith("error: ")
     assert said.err.count("\n") == 1
     assert name in said.err
+    assert "Error" not in said.err
+    what = {"mcap": "an MCAP file", "db3": "an SQLite database", "npz": "an .npz recording", "bag": "a ROS 1 bag"}
+    if name.startswith("noise"):
+        assert f"not {what[name.rpartition('.')[2]]}" in said.err
+
+
+def test_a_numpy_file_that_is_cut_off_is_called_so(tmp_path):
+    np.savez(tmp_path / "a.npz", ranges=np.ones((5, 271), dtype=np.float32), angle_min=-2.3, angle_increment=0.017)
+    data = (tmp_path / "a.npz").read_bytes()
+    (tmp_path / "a.npz").write_bytes(data[: len(data) // 2])
+    with pytest.raises(InputError, match=r"a.npz: is cut off or damaged$"):
+        load_recording(tmp_path / "a.npz")
 
 
 def test_folders_without_recording_are_refused(tmp_path):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,8 +10,10 @@ import bags
 import numpy as np
 import pytest
 
-from firstlap import load_car, load_setup
+from firstlap import load_car, load_setup, load_track, race
 from firstlap.continuity import Continuity
+from firstlap.explain import explain_recording
+from firstlap.explain_plot import plot_moment
 from firstlap.recordings import Recording, Topics, load_recording
 from firstlap.recordings.body import find_body
 from firstlap.replay import Replay
@@ -136,8 +139,6 @@ def test_explain_draws_a_scan_of_a_recording(cli, bag):
 
 
 def test_explain_shows_the_step_of_the_replay(corridor):
-    from firstlap.explain import explain_recording
-
     moment = explain_recording(corridor, load_setup("base"), load_car("default"), 77)
     driven = drive(corridor).driven
     assert moment.trace["result"][:2] == (driven.speed[77], driven.steering_angle[77])
@@ -250,3 +251,17 @@ def test_real_race_tracks_are_planned_through(name):
     assert found["statuses"]["ok"] >= 0.95 * found["scans"]
     assert found["sides"]["none"] == 0.0
     assert found["available"]["2"] > 0.9
+
+
+def test_names_that_are_no_utf8_are_drawn_and_logged_with_question_marks(tmp_path, bag):
+    name = tmp_path / os.fsdecode(b"n\xff $x^$.db3")
+    name.write_bytes(next(bag.glob("*.db3")).read_bytes())
+    recording = load_recording(name).between(0.0, 0.5)
+    drive(recording, record=tmp_path / "a.mcap").plot(tmp_path / "a.png")
+    about = load_recording(tmp_path / "a.mcap").about
+    assert about is not None
+    assert about.what == "replay of n? $x^$"
+    plot_moment(explain_recording(recording, load_setup("base"), load_car("default"), 5), tmp_path / "b.png")
+    oval = load_track("oval")
+    race(replace(oval, name=name.stem), "base", laps=1).plot(tmp_path / "c.png")
+    assert all((tmp_path / picture).read_bytes().startswith(PNG) for picture in ("a.png", "b.png", "c.png"))

@@ -14,6 +14,7 @@ from firstlap.drivers.registry import driver_kind
 from firstlap.errors import InputError
 from firstlap.parameters import FieldTable, Values
 from firstlap.setup_file import Setup
+from firstlap.text import printable
 
 RECORD = "firstlap"
 """Name of the MCAP metadata record."""
@@ -41,7 +42,7 @@ class About:
         """Texts, as MCAP wants them; numbers with all their digits."""
         return {
             "version": self.version,
-            "what": self.what,
+            "what": printable(self.what),
             "setup": json.dumps(
                 {"name": self.setup.name, "driver": self.setup.driver, "values": _nested(self.setup.given)}
             ),
@@ -77,8 +78,7 @@ class About:
                 version=str(texts.get("version", "")),
             )
         except (KeyError, TypeError, ValueError, AttributeError) as error:
-            why = f"{type(error).__name__}: {error}"
-            raise InputError(f"{where}: its record '{RECORD}' cannot be read ({why})") from None
+            raise InputError(f"{where}: its record '{RECORD}' cannot be read ({error})") from None
 
 
 def _number(value: float | None) -> float | None:

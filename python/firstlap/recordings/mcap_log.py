@@ -4,19 +4,21 @@ from __future__ import annotations
 
 import os
 import struct
+import zlib
 from collections.abc import Iterator
 from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import lz4.frame
 import zstandard
 from mcap import records
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
+from mcap.reader import SeekingReader
 from mcap.writer import MCAP0_MAGIC
 
-from firstlap.recordings.messages import Message, Stored, Topic, said
+from firstlap.recordings.messages import Message, Stored, Topic, check_magic, stopped
 
 ENCODINGS = {"cdr": "cdr", "ros1": "ros1"}
 RECORD_HEAD = struct.Struct("<BQ")
@@ -25,6 +27,11 @@ MESSAGE_HEAD = struct.Struct("<HIQQ")
 """Channel, number, time of logging and of publishing of a message."""
 CHUNK_HEAD = struct.Struct("<QQQII")
 """Two times, size, checksum and the length of the compression's name."""
+PACKED_LENGTH = struct.Struct("<Q")
+"""After that name: length of the packed records."""
+RECORDS = frozenset(int(opcode) for opcode in Opcode)
+FIRST_PRIVATE = 0x80
+"""Opcodes from here on are anybody's own."""
 KEPT: dict[int, Any] = {
     Opcode.SCHEMA: records.Schema,
     Opcode.CHANNEL: records.Channel,
@@ -35,88 +42,172 @@ KEPT: dict[int, Any] = {
 
 
 def open_mcap(path: Path) -> Stored:
-    """What the file holds; nothing is read before `messages`."""
+    """What the file holds; nothing but its first bytes is read before `messages`. Raises InputError."""
+    check_magic(path, MCAP0_MAGIC, "an MCAP file")
     stored = Stored()
     stored.messages = lambda: _messages(path, stored)
     return stored
 
 
+class _LostError(Exception):
+    """No record stands here, or none whose length can be believed."""
+
+
 def _messages(path: Path, stored: Stored) -> Iterator[Message]:
-    content, size = _Content(stored), path.stat().st_size
-    try:
-        with path.open("rb") as file:
-            if file.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
-                raise ValueError("it does not begin as an MCAP file")
-            while True:
-                opcode, length = RECORD_HEAD.unpack(file.read(RECORD_HEAD.size))
+    """Reads on after a part that is damaged: the record behind it, or the chunk that the file's index has next."""
+    content, size, read, bad = _Content(stored), path.stat().st_size, 0, 0
+    with path.open("rb") as file:
+        file.seek(len(MCAP0_MAGIC))
+        while True:
+            try:
+                opcode, length, data = _record(file, size, content)
                 if opcode == Opcode.FOOTER:
-                    return
-                if opcode in KEPT or opcode in (Opcode.CHUNK, Opcode.MESSAGE):
-                    data = file.read(min(length, size))
-                    yield from content.take(opcode, data)
-                    if len(data) < length:
-                        raise EOFError("the file ends in the middle of a record")
-                else:
-                    file.seek(length, os.SEEK_CUR)
-    except Exception as error:  # a damaged file may make the libraries raise anything
-        stored.remarks.append(
-            f"{path.name} is unfinished, cut off or damaged; what stands before that was read ({said(error)})"
-        )
+                    break
+                for message in content.take(opcode, data, len(data) == length):
+                    yield message
+                    read += 1
+                if len(data) < length:
+                    raise _LostError
+            except OSError:
+                raise
+            except Exception as error:  # a damaged file may make the libraries raise anything
+                content.learn(file, size)
+                following = content.next_chunk()
+                if isinstance(error, _LostError) and following is None:
+                    stored.remarks.append(stopped(path, read, "unfinished, cut off or damaged"))
+                    break
+                bad += 1
+                if isinstance(error, _LostError) and following is not None:
+                    content.chunk_at = following
+                    file.seek(following)
+    if bad:
+        stored.remarks.append(f"{path.name} is damaged: {bad} of its parts were left out, {read} messages were read")
+    if content.unknown:
+        stored.remarks.append(f"{path.name} is damaged: of {content.unknown} messages the topic is not known")
+
+
+def _record(file: BinaryIO, size: int, content: _Content) -> tuple[int, int, bytes]:
+    """Opcode, length and bytes of the next record, less of these where the file ends; none of what is of no use."""
+    begin = file.tell()
+    head = file.read(RECORD_HEAD.size)
+    if len(head) < RECORD_HEAD.size:
+        raise _LostError
+    opcode, length = RECORD_HEAD.unpack(head)
+    rest = size - file.tell()
+    ends = rest == length + len(MCAP0_MAGIC)
+    if (opcode not in RECORDS and opcode < FIRST_PRIVATE) or (opcode == Opcode.FOOTER and not ends):
+        raise _LostError
+    if opcode == Opcode.CHUNK:
+        content.chunk_at = begin
+    if opcode in KEPT or opcode in (Opcode.CHUNK, Opcode.MESSAGE):
+        return opcode, length, file.read(min(length, rest))
+    if length > rest:
+        raise _LostError
+    file.seek(length, os.SEEK_CUR)
+    return opcode, 0, b""
 
 
 class _Content:
-    """What has been read so far: schemas and channels by their ids."""
+    """What has been read so far: schemas and channels by their ids.
+
+    chunk_at: where the last chunk begins. unknown: how many messages were of a channel that nothing explained.
+    """
 
     def __init__(self, stored: Stored) -> None:
         self.stored = stored
         self.schemas: dict[int, str] = {}
         self.channels: dict[int, str] = {}
+        self.explained: set[int] = set()
+        self.chunk_at = 0
+        self.unknown = 0
+        self._chunks: list[int] | None = None
 
-    def take(self, opcode: int, data: bytes) -> Iterator[Message]:
-        """The messages in a record; what explains them is kept."""
+    def take(self, opcode: int, data: bytes, whole: bool = True) -> Iterator[Message]:
+        """The messages in a record; what explains them is kept. Raises anything where they are damaged."""
         if opcode == Opcode.MESSAGE:
             channel, _, time, _ = MESSAGE_HEAD.unpack_from(data)
-            if channel in self.channels:
+            if channel in self.channels and whole:
                 yield Message(self.channels[channel], time, data[MESSAGE_HEAD.size :])
+            self.unknown += channel not in self.explained
         elif opcode == Opcode.CHUNK:
-            yield from self.records_in(_unpacked(data))
-        elif opcode in KEPT:
+            yield from self.records_in(_unpacked(data, whole), whole)
+        elif opcode in KEPT and whole:
             self.keep(KEPT[opcode].read(ReadDataStream(BytesIO(data))))
+
+    def learn(self, file: BinaryIO, size: int) -> None:
+        """Once, from the summary at the file's end, where there is one: what a lost chunk may have explained."""
+        if self._chunks is not None:
+            return
+        self._chunks, here = [], file.tell()
+        file.seek(0)
+        try:
+            summary = SeekingReader(file, record_size_limit=size).get_summary()
+        except OSError:
+            raise
+        except Exception:  # the summary is damaged too, or missing
+            summary = None
+        file.seek(here)
+        if summary is None:
+            return
+        self._chunks = sorted(chunk.chunk_start_offset for chunk in summary.chunk_indexes)
+        for key, schema in summary.schemas.items():
+            self.schemas.setdefault(key, schema.name)
+        for key, channel in summary.channels.items():
+            if key not in self.explained:
+                self.keep(channel)
+
+    def next_chunk(self) -> int | None:
+        """Where the chunk after the last one begins, as the file's index has it."""
+        return next((begin for begin in self._chunks or () if begin > self.chunk_at), None)
 
     def keep(self, record: Any) -> None:
         """Schemas, channels, metadata and counts."""
         if isinstance(record, records.Schema):
             self.schemas[record.id] = record.name
         elif isinstance(record, records.Channel):
+            self.explained.add(record.id)
             _add_channel(record, self.schemas, self.channels, self.stored)
         elif isinstance(record, records.Metadata):
             self.stored.metadata[record.name] = dict(record.metadata)
         elif isinstance(record, records.Statistics):
             _note_counts(record, self.channels, self.stored)
 
-    def records_in(self, data: bytes) -> Iterator[Message]:
+    def records_in(self, data: bytes, whole: bool) -> Iterator[Message]:
         """The messages of a chunk, or of the part of one."""
         begin = RECORD_HEAD.size
         while begin <= len(data):
             opcode, length = RECORD_HEAD.unpack_from(data, begin - RECORD_HEAD.size)
             end = begin + length
+            if end > len(data) and whole:
+                raise ValueError("a record is longer than its chunk")
             if end > len(data):
                 return
             yield from self.take(opcode, data[begin:end])
             begin = end + RECORD_HEAD.size
 
 
-def _unpacked(chunk: bytes) -> bytes:
-    """The records in a chunk; of a part of one as many as there are."""
-    *_, length = CHUNK_HEAD.unpack_from(chunk)
+def _unpacked(chunk: bytes, whole: bool) -> bytes:
+    """The records in a chunk; of a part of one as many as there are. A whole one must be as it was written."""
+    _, _, size, checksum, length = CHUNK_HEAD.unpack_from(chunk)
     begin = CHUNK_HEAD.size + length
-    compression, data = chunk[CHUNK_HEAD.size : begin].decode(), chunk[begin + 8 :]
+    compression, data = chunk[CHUNK_HEAD.size : begin].decode(), chunk[begin + PACKED_LENGTH.size :]
+    (packed,) = PACKED_LENGTH.unpack_from(chunk, begin)
+    if whole and packed != len(data):
+        raise _LostError
+    complete = packed <= len(data)
+    data = _decompressed(compression, data[:packed])
+    if complete and (len(data) != size or (checksum and zlib.crc32(data) != checksum)):
+        raise ValueError("not what was written")
+    return data
+
+
+def _decompressed(compression: str, data: bytes) -> bytes:
     if compression == "zstd":
         return zstandard.ZstdDecompressor().decompressobj().decompress(data)
     if compression == "lz4":
         return bytes(lz4.frame.LZ4FrameDecompressor().decompress(data))
     if compression:
-        raise ValueError(f"a chunk packed by {compression[:20]}")
+        raise ValueError("a chunk packed by what is not known")
     return data
 
 

@@ -5,10 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import lru_cache
+from pathlib import Path
 from typing import Any, NamedTuple
 
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
+
+from firstlap.errors import InputError
 
 ACKERMANN = "ackermann_msgs/msg/AckermannDrive"
 _ACKERMANN_TEXT = """float32 steering_angle
@@ -75,7 +78,14 @@ def decode(topic: Topic, data: bytes) -> Any:
         return None
 
 
-def said(error: BaseException) -> str:
-    """An error of a library in a few words."""
-    text = " ".join(str(error).split())[:120]
-    return f"{type(error).__name__}: {text}" if text else type(error).__name__
+def check_magic(path: Path, magic: bytes, what: str) -> None:
+    """Raises InputError where the file does not begin as `what` does; a shorter one that begins so is cut off."""
+    with path.open("rb") as file:
+        first = file.read(len(magic))
+    if not first or first != magic[: len(first)]:
+        raise InputError(f"{path}: not {what}")
+
+
+def stopped(path: Path, read: int, how: str = "cut off or damaged") -> str:
+    """The remark where reading came to an end before the file's own."""
+    return f"{path.name} is {how} after {read} messages; what stands before that was read"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import zipfile
+import zlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -11,6 +13,7 @@ import numpy.typing as npt
 
 from firstlap.errors import InputError
 from firstlap.recordings.clock import USUAL_PERIOD, periods, timeline
+from firstlap.recordings.messages import check_magic
 from firstlap.recordings.recording import Recording
 from firstlap.recordings.state import Series, Sources, commands_at, series, states_at
 from firstlap.recordings.topics import NONE, Topics
@@ -18,6 +21,7 @@ from firstlap.recordings.topics import NONE, Topics
 Floats = npt.NDArray[np.float64]
 HEADER = {"angle_min": None, "angle_increment": None, "time_increment": 0.0, "range_min": 0.02, "range_max": 30.0}
 """Header fields; None: must be there."""
+ZIP_MAGIC = b"PK\x03\x04"
 STEERING_ONLY = "angular_control"
 """A table of commands with this column beside one that is no speed."""
 POSE_COLUMNS = ("x", "y", "yaw")
@@ -68,13 +72,17 @@ def load_npz(path: Path, wanted: Topics) -> Recording:
 
 
 def _read(path: Path) -> dict[str, npt.NDArray[Any]]:
+    check_magic(path, ZIP_MAGIC, "an .npz recording of scans")
     try:
-        with np.load(path, allow_pickle=False) as file:
-            return {key: file[key] for key in file}
+        with path.open("rb") as opened, np.load(opened, allow_pickle=False) as file:
+            arrays = {key: file[key] for key in file}
     except OSError:
         raise
-    except Exception as error:  # bytes that are no .npz make the libraries raise anything
-        raise InputError(f"{path}: not an .npz recording of scans ({type(error).__name__})") from None
+    except (zipfile.BadZipFile, zlib.error, EOFError):
+        raise InputError(f"{path}: is cut off or damaged") from None
+    except Exception:  # bytes that are no .npz make the libraries raise anything
+        raise InputError(f"{path}: not an .npz recording of scans, or damaged") from None
+    return {key: array for key, array in arrays.items() if isinstance(array, np.ndarray)}
 
 
 def _ranges(arrays: Mapping[str, npt.NDArray[Any]], path: Path) -> npt.NDArray[np.float32]:

@@ -10,18 +10,14 @@ from typing import BinaryIO
 from rosbags.rosbag1.reader import Header, RecordType, decompressors, normalize, read_bytes, read_uint32
 from rosbags.typesys.msg import normalize_msgtype
 
-from firstlap.errors import InputError
-from firstlap.recordings.messages import Message, Stored, Topic, said
+from firstlap.recordings.messages import Message, Stored, Topic, check_magic, stopped
 
 MAGIC = b"#ROSBAG V2.0\n"
 
 
 def open_bag(path: Path) -> Stored:
     """What the bag holds; nothing but its first line is read before `messages`. Raises InputError."""
-    with path.open("rb") as file:
-        first = file.read(len(MAGIC))
-    if first != MAGIC:
-        raise InputError(f"{path}: not a ROS 1 bag of version 2.0")
+    check_magic(path, MAGIC, "a ROS 1 bag of version 2.0")
     stored = Stored()
     stored.messages = lambda: _messages(path, stored)
     return stored
@@ -29,7 +25,7 @@ def open_bag(path: Path) -> Stored:
 
 def _messages(path: Path, stored: Stored) -> Iterator[Message]:
     connections: dict[int, str] = {}
-    size = path.stat().st_size
+    size, read = path.stat().st_size, 0
     try:
         with path.open("rb") as file:
             file.seek(len(MAGIC))
@@ -41,13 +37,17 @@ def _messages(path: Path, stored: Stored) -> Iterator[Message]:
                     raise ValueError(f"a record of {length} bytes")
                 if kind == RecordType.CHUNK:
                     chunk = decompressors[header.get_string("compression")](read_bytes(file, length))
-                    yield from _chunk(BytesIO(chunk), len(chunk), connections, stored)
+                    messages = _chunk(BytesIO(chunk), len(chunk), connections, stored)
                 elif kind in (RecordType.CONNECTION, RecordType.MSGDATA):
-                    yield from _record(header, read_bytes(file, length), connections, stored)
+                    messages = _record(header, read_bytes(file, length), connections, stored)
                 else:
                     read_bytes(file, length)
-    except Exception as error:  # a damaged file may make the library raise anything
-        stored.remarks.append(f"{path.name} is cut off or damaged; what stands before that was read ({said(error)})")
+                    continue
+                for message in messages:
+                    yield message
+                    read += 1
+    except Exception:  # a damaged file may make the library raise anything
+        stored.remarks.append(stopped(path, read))
 
 
 def _chunk(file: BinaryIO, size: int, connections: dict[int, str], stored: Stored) -> Iterator[Message]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sqlite3
+import struct
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import closing
@@ -14,14 +15,18 @@ import zstandard
 
 from firstlap.errors import InputError
 from firstlap.recordings.mcap_log import open_mcap
-from firstlap.recordings.messages import Message, Stored, Topic, said
+from firstlap.recordings.messages import Message, Stored, Topic, check_magic, stopped
 
 STORAGES = {"sqlite3": ".db3", "mcap": ".mcap"}
 PACKED = (".zstd", ".zst")
+SQLITE_MAGIC = b"SQLite format 3\0"
+SQLITE_PAGES = struct.Struct(">16xH10xI")
+"""In the database's head: bytes of a page (1 is 65536), pages."""
 
 
 def open_db3(path: Path) -> Stored:
-    """What one sqlite3 file holds; nothing is read before `messages`."""
+    """What one sqlite3 file holds; nothing but its first bytes is read before `messages`. Raises InputError."""
+    check_magic(path, SQLITE_MAGIC, "an SQLite database")
     stored = Stored()
     stored.messages = lambda: _rows(path, stored)
     return stored
@@ -31,6 +36,7 @@ def _rows(path: Path, stored: Stored) -> Iterator[Message]:
     # Without a write-ahead log beside it nobody writes, and then nothing needs to be locked or created.
     writing = path.with_name(path.name + "-wal").exists()
     address = f"{path.resolve().as_uri()}?mode=ro{'' if writing else '&immutable=1'}"
+    read = odd = 0
     try:
         with closing(sqlite3.connect(address, uri=True, check_same_thread=False)) as database:
             database.execute("PRAGMA writable_schema=ON")  # else a file that is cut off is refused as a whole
@@ -41,10 +47,30 @@ def _rows(path: Path, stored: Stored) -> Iterator[Message]:
                 if encoding == "cdr":
                     stored.topics[str(name)] = Topic(str(name), str(kind))
             for key, time, data in database.execute("SELECT topic_id, timestamp, data FROM messages"):
-                if key in names and isinstance(time, int) and isinstance(data, bytes):
+                if key not in names or not isinstance(time, int) or not isinstance(data, bytes):
+                    odd += 1
+                elif names[key] in stored.topics:
                     yield Message(names[key], time, data)
-    except sqlite3.Error as error:
-        stored.remarks.append(f"{path.name} is cut off or damaged; what stands before that was read ({said(error)})")
+                    read += 1
+    except (sqlite3.Error, UnicodeDecodeError):
+        stored.remarks.append(stopped(path, read))
+    else:
+        if not writing and _is_short(path):
+            stored.remarks.append(stopped(path, read, "cut off"))
+    if odd:
+        stored.remarks.append(
+            f"{path.name} is damaged: {odd} of its messages are of no topic, or have no time or bytes"
+        )
+
+
+def _is_short(path: Path) -> bool:
+    """Whether the file is shorter than its head says."""
+    with path.open("rb") as file:
+        head = file.read(SQLITE_PAGES.size)
+    if len(head) < SQLITE_PAGES.size:
+        return True
+    page, pages = SQLITE_PAGES.unpack(head)
+    return path.stat().st_size < (65536 if page == 1 else page) * pages
 
 
 def open_folder(path: Path) -> Stored:
@@ -73,8 +99,8 @@ def _metadata(path: Path, stored: Stored) -> dict[str, Any]:
         if not isinstance(about, dict):
             raise TypeError("no mapping")
         return about
-    except (yaml.YAMLError, UnicodeDecodeError, KeyError, TypeError, RecursionError) as error:
-        stored.remarks.append(f"metadata.yaml cannot be understood ({type(error).__name__}); the files were read")
+    except (yaml.YAMLError, UnicodeDecodeError, KeyError, TypeError, RecursionError):
+        stored.remarks.append("metadata.yaml cannot be understood; the files in the folder were read")
         return {}
 
 
@@ -119,8 +145,11 @@ def _folder_messages(files: list[Path], storage: str, unpack: bool, stored: Stor
         with tempfile.TemporaryDirectory() as folder:
             try:
                 part = opener(_unpacked(file, Path(folder)))
-            except (zstandard.ZstdError, OSError) as error:
-                stored.remarks.append(f"{file.name} cannot be unpacked ({said(error)})")
+            except (zstandard.ZstdError, OSError):
+                stored.remarks.append(f"{file.name} cannot be unpacked: it is cut off or damaged")
+                continue
+            except InputError as error:
+                stored.remarks.append(f"{str(error).rpartition('/')[2]}; it was left out")
                 continue
             part.topics, part.remarks, part.metadata = stored.topics, stored.remarks, stored.metadata
             part.wanted = stored.wanted
