@@ -41,8 +41,8 @@ FASTEST = 50.0
 
 def read(path: Path, topics: Topics) -> Recording:
     """The recording, with a bar while it is read. Raises InputError."""
-    if topics.speed is not None and not abs(topics.speed) <= FASTEST:
-        raise InputError(f"--speed {topics.speed:g}: allowed is -{FASTEST:g} to {FASTEST:g} m/s")
+    if topics.speed is not None and not 0.0 <= topics.speed <= FASTEST:
+        raise InputError(f"--speed {topics.speed:g}: allowed is 0 to {FASTEST:g} m/s")
     with progress_bar(TextColumn("{task.description}"), BarColumn(), TextColumn("{task.completed} messages")) as bar:
         task = bar.add_task("reading", total=None)
         return load_recording(path, topics, lambda count: bar.update(task, completed=count))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
@@ -87,6 +88,11 @@ class Recording:
 
     def between(self, begin: float | None, end: float | None) -> Recording:
         """The scans from `begin` to `end` seconds after the first. Raises InputError where there are none."""
+        for name, value in (("--from", begin), ("--to", end)):
+            if value is not None and math.isnan(value):
+                raise InputError(f"{name} nan: expected seconds after the first scan")
+        if begin is not None and end is not None and begin > end:
+            raise InputError(f"--from {begin:g} is after --to {end:g}")
         first_scan = int(np.searchsorted(self.stamps, -np.inf if begin is None else begin - 1e-9))
         last_scan = int(np.searchsorted(self.stamps, np.inf if end is None else end + 1e-9))
         if first_scan >= last_scan:
