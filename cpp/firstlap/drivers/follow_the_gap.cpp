@@ -50,7 +50,8 @@ void FollowTheGap::widen() noexcept {
   const double radius = shadow_radius(0.5 * params_.car.width + params_.gap.body_margin, sweep_.ranges());
   // Of beams closer together than the directions the nearest is enough. Groups lie evenly about the middle.
   const int beams = static_cast<int>(sweep_.size());
-  const int half = std::max(0, (static_cast<int>(1.7 * trace_.step / sweep_.angle_step()) - 1) / 2);
+  const double group = std::min(1.7 * trace_.step / sweep_.angle_step(), static_cast<double>(beams));
+  const int half = std::max(0, (static_cast<int>(group) - 1) / 2);
   const int stride = 2 * half + 1;
   const int odd = beams % 2;
   for (int i = 0; i < beams; ++i) {
