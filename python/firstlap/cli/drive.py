@@ -30,7 +30,7 @@ def drive(
     given = chosen_setup(setup, changes, driver)
 
     from firstlap.ros.drive_node import DriveNode
-    from firstlap.ros.driving import Driving
+    from firstlap.driving import Driving
     from firstlap.ros.process import ros, run_drive
 
     with ros(arguments) as ending:

@@ -4,33 +4,15 @@ from __future__ import annotations
 
 import array
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from firstlap.scan import Mount, Scan
+
 NAN_SHARE = 0.5
 """More NaN than this in a scan, and it is no measurement."""
-
-
-class Scan(NamedTuple):
-    """A scan as `step_core` takes it, in the frame of a laser that looks ahead."""
-
-    ranges: npt.NDArray[np.float32]
-    angle_min: float
-    angle_increment: float
-    time_increment: float
-    range_min: float
-    range_max: float
-
-
-class Mount(NamedTuple):
-    """Where the laser sits in base_link: x, y [m], yaw [rad], and whether it hangs upside down."""
-
-    x: float
-    y: float
-    yaw: float
-    upside_down: bool
 
 
 def seconds(stamp: Any) -> float:

@@ -19,9 +19,9 @@ from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
 from firstlap.errors import InputError
-from firstlap.ros.conversions import Mount, scan_reason, seconds, set_stamp, to_scan
+from firstlap.ros.conversions import scan_reason, seconds, set_stamp, to_scan
 from firstlap.ros.diagnostics import Health
-from firstlap.ros.driving import Driving
+from firstlap.driving import Driving
 from firstlap.ros.frames import Frames, mount_of
 from firstlap.ros.markers import Markers
 from firstlap.ros.names import DRIVE
@@ -29,6 +29,7 @@ from firstlap.ros.node_parameters import declare_entries, declare_fields, result
 from firstlap.ros.qos import LATCHED, NEWEST
 from firstlap.ros.safety import DEADMAN, DeadMan, Stamps, Watchdog, within
 from firstlap.ros.vehicle_state import ESTIMATE_FIELDS, StateSource
+from firstlap.scan import Mount
 
 NAME = "firstlap_drive"
 CHECK_PERIOD = 0.02

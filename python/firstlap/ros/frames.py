@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from firstlap.ros.conversions import Mount
+from firstlap.scan import Mount
 
 Matrix = npt.NDArray[np.float64]
 MAX_DEPTH = 32

@@ -10,7 +10,7 @@ from firstlap.drivers.registry import Handle, Preparation, driver_kind
 from firstlap.errors import InputError
 from firstlap.parameters import Field, Value
 from firstlap.racer import Command, step_core
-from firstlap.ros.conversions import Mount, Scan
+from firstlap.scan import Mount, Scan
 from firstlap.setup_file import Setup, choose_setup
 
 LASER_X = "car.laser_x"
