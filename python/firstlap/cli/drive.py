@@ -29,8 +29,8 @@ def drive(
     require_ros()
     given = chosen_setup(setup, changes, driver)
 
-    from firstlap.ros.drive_node import DriveNode
     from firstlap.driving import Driving
+    from firstlap.ros.drive_node import DriveNode
     from firstlap.ros.process import ros, run_drive
 
     with ros(arguments) as ending:

@@ -18,10 +18,10 @@ from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
+from firstlap.driving import Driving
 from firstlap.errors import InputError
 from firstlap.ros.conversions import scan_reason, seconds, set_stamp, to_scan
 from firstlap.ros.diagnostics import Health
-from firstlap.driving import Driving
 from firstlap.ros.frames import Frames, mount_of
 from firstlap.ros.markers import Markers
 from firstlap.ros.names import DRIVE
