@@ -234,6 +234,14 @@ class SimRace:
             clearance=self.world.lap_clearance(CAR),
         )
 
+    def _deliver(self, now: float) -> None:
+        """The commands that are due before the next scan."""
+        if not self.going:
+            self.world.command(CAR, 0.0, self._steering, 0.0)
+        while self._commands and self._commands[0][0] < now + self.period - INSTANT:
+            due, speed, self._steering = self._commands.popleft()
+            self.world.command(CAR, speed if self.going else 0.0, self._steering, max(due - now, 0.0))
+
     # What it shows.
 
     def frame(self) -> Frame:
