@@ -28,8 +28,8 @@ from firstlap.view.sim_race import CAR, Plan, make_world
 
 ASKED_EVERY = 0.02
 """[s] between two frames that are asked for, at least."""
-PATIENCE = 1.0
-"""[s] for the race to end by itself when it is told to."""
+PATIENCE = 0.5
+"""[s] for the race to end by itself when it is told to, and again when it is told otherwise."""
 
 
 class SimSource:
@@ -234,7 +234,8 @@ class _Race:
         their_life.close()
         self._hear, self._died = hear, died
         self._sending = threading.Lock()
-        threading.Thread(target=self._listen, name="race", daemon=True).start()
+        self._thread = threading.Thread(target=self._listen, name="race", daemon=True)
+        self._thread.start()
 
     def tell(self, message: tuple[Any, ...]) -> None:
         """To a process that is gone: nothing; `died` was, or will be, called."""
@@ -268,6 +269,7 @@ class _Race:
                 end()
                 self.process.join(PATIENCE)
         self._life.close()
+        self._thread.join(PATIENCE)
 
 
 def _how(code: int | None) -> str:
