@@ -20,7 +20,7 @@ from firstlap.simulate import core_track
 from firstlap.tracks.track import Track
 from firstlap.view.conditions import Conditions
 from firstlap.view.frame import DrivenLap, Frame, Pose
-from firstlap.view.laps import DrivenLine, with_lap
+from firstlap.view.sim_laps import DrivenLine, with_lap
 
 CAR = 0
 INSTANT = 1e-9

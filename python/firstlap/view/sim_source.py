@@ -22,7 +22,7 @@ from firstlap.setup_file import Setup
 from firstlap.tracks.track import Track
 from firstlap.view.conditions import PACE, Conditions, checked_pace
 from firstlap.view.frame import DrivenLap, Frame, Pose, Scenery
-from firstlap.view.laps import with_lap
+from firstlap.view.sim_laps import with_lap
 from firstlap.view.sim_process import run
 from firstlap.view.sim_race import CAR, Plan, make_world
 
