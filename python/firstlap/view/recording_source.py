@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Mapping
+from pathlib import Path
 from time import monotonic, thread_time_ns
 from typing import Any
 
@@ -348,3 +349,16 @@ class RecordingSource:
 
     def _laps_until(self, scan: int) -> tuple[DrivenLap, ...]:
         return tuple(lap for after, lap in self._laps if after <= scan)
+
+
+def track_under(recording: Recording, map_path: str | Path) -> Track:
+    """The track of a map that the recording's poses lie on. Raises InputError."""
+    from firstlap.perception.against_map import check_on_map
+    from firstlap.perception.truth import Truth
+    from firstlap.tracks.library import load_track
+
+    if recording.poses is None:
+        raise InputError(f"--map: {recording.name} has no poses, and without them no place on a map")
+    track = load_track(str(map_path))
+    check_on_map(recording, Truth.of(track), recording.poses, map_path)
+    return track
