@@ -15,7 +15,7 @@ import viser
 
 from firstlap.view.frame import Points, Pose, Scenery
 from firstlap.view.layers import CAR, LAYERS, MAP, Layer
-from firstlap.view.shapes import about_z
+from firstlap.view.shapes import about_z, compose, inverse
 
 FREE, FOLLOW, TURN = "Free", "Follow", "Follow and turn"
 MODES = (FREE, FOLLOW, TURN)
@@ -28,19 +28,8 @@ TILT = 1e-3
 """[m] The camera looks straight down but for this: where it looks then is up on the screen."""
 NO_TRACK = 10.0
 """[m] around the car that an overview shows where no track is known."""
+HINT = "drag to turn, right button to move, wheel to zoom: in every mode"
 ORIGIN: Pose = (0.0, 0.0, 0.0)
-
-
-def compose(a: Pose, b: Pose) -> Pose:
-    """b, given in a."""
-    c, s = math.cos(a[2]), math.sin(a[2])
-    return a[0] + c * b[0] - s * b[1], a[1] + s * b[0] + c * b[1], a[2] + b[2]
-
-
-def inverse(a: Pose) -> Pose:
-    """The origin, given in a."""
-    c, s = math.cos(a[2]), math.sin(a[2])
-    return -c * a[0] - s * a[1], s * a[0] - c * a[1], -a[2]
 
 
 def first_look(server: viser.ViserServer) -> None:
@@ -139,21 +128,36 @@ class ViewControls:
     """A viewer's own buttons and ticks: how to follow, and what to hide."""
 
     def __init__(self, gui: viser.GuiApi, viewpoint: Viewpoint) -> None:
-        with gui.add_folder("Camera"):
-            self._mode = gui.add_button_group("Mode", MODES)
-            overview = gui.add_button("Whole track")
-        self._mode.on_click(lambda _event: viewpoint.choose(self._mode.value))
-        overview.on_click(lambda _event: viewpoint.overview())
-        LayerToggles(gui, viewpoint)
+        mode = gui.add_dropdown("Camera", MODES, initial_value=viewpoint.mode, hint=HINT)
+        overview = gui.add_button("Whole track", icon=viser.Icon.MAP)
+
+        @mode.on_update
+        def _(_event: object) -> None:
+            viewpoint.choose(mode.value)
+
+        @overview.on_click
+        def _(_event: object) -> None:
+            mode.value = FREE
+            viewpoint.overview()
+
+        self.toggles = LayerToggles(gui, viewpoint)
 
 
 class LayerToggles:
     """A tick for each layer."""
 
     def __init__(self, gui: viser.GuiApi, viewpoint: Viewpoint) -> None:
-        self.ticks = {}
+        self.ticks: dict[str, viser.GuiCheckboxHandle] = {}
         with gui.add_folder("Show"):
             for layer in LAYERS:
-                tick = gui.add_checkbox(layer.title, layer.shown, hint=layer.doc)
-                tick.on_update(lambda event, layer=layer: viewpoint.hide(layer, not event.target.value))
-                self.ticks[layer.node] = tick
+                self.ticks[layer.node] = self._tick(gui, viewpoint, layer)
+
+    @staticmethod
+    def _tick(gui: viser.GuiApi, viewpoint: Viewpoint, layer: Layer) -> viser.GuiCheckboxHandle:
+        tick = gui.add_checkbox(layer.title, layer.shown, hint=layer.doc)
+
+        @tick.on_update
+        def _(_event: object) -> None:
+            viewpoint.hide(layer, not tick.value)
+
+        return tick

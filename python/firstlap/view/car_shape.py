@@ -6,12 +6,11 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
-import viser
 
 from firstlap.colours import INK, PAPER, PATH, rgb
 from firstlap.view.layers import BODY
-from firstlap.view.pens import Solid, Strokes
-from firstlap.view.shapes import Mesh, about_z, arrow, chain, disc, merged, prism
+from firstlap.view.pens import Sheet, Solid, Strokes
+from firstlap.view.shapes import Mesh, arrow, chain, disc, merged, prism
 
 FLOOR, ROOF = 0.06, 0.10
 """[m] under and over the body; from above they only say what hides what."""
@@ -24,29 +23,29 @@ ARROW = 0.75
 class CarShape:
     """geometry: of the car file's section of that name, SI."""
 
-    def __init__(self, api: viser.SceneApi, geometry: Mapping[str, float]) -> None:
+    def __init__(self, sheet: Sheet, geometry: Mapping[str, float]) -> None:
         self._axle = geometry["wheelbase"]
         self._track = 0.5 * (geometry["width"] - WHEEL[1])
         node = BODY.node
         body, outline = _body(geometry)
-        Solid(api, f"{node}/chassis", body, rgb(PAPER))
-        Strokes(api, f"{node}/outline", rgb(INK), 2.0).show(chain(outline, ROOF + 0.005))
+        Solid(sheet, f"{node}/chassis", body, rgb(PAPER))
+        Strokes(sheet, f"{node}/outline", rgb(INK), 2.0).show(chain(outline, ROOF + 0.005))
         rear = merged([_moved(_wheel(), 0.0, side * self._track) for side in (-1.0, 1.0)])
-        Solid(api, f"{node}/rear", rear, rgb(INK))
+        Solid(sheet, f"{node}/rear", rear, rgb(INK))
         self._front = [
-            (Solid(api, f"{node}/front_{name}", _wheel(), rgb(INK)), side * self._track)
+            (Solid(sheet, f"{node}/front_{name}", _wheel(), rgb(INK)), side * self._track)
             for name, side in (("left", 1.0), ("right", -1.0))
         ]
-        Solid(api, f"{node}/laser", disc(0.025), rgb(PATH)).show(geometry["laser_x"], 0.0, ROOF + 0.01, about_z(0.0))
-        self._arrow = Solid(api, f"{node}/command", arrow(ARROW, 0.02, 0.13), rgb(INK), visible=False)
+        Solid(sheet, f"{node}/laser", disc(0.025), rgb(PATH)).show(geometry["laser_x"], 0.0, ROOF + 0.01, 0.0)
+        self._arrow = Solid(sheet, f"{node}/command", arrow(ARROW, 0.02, 0.13), rgb(INK), visible=False)
 
     def show(self, steering_angle: float, commanded: float) -> None:
         """Wheel angles [rad]; a NaN is not shown."""
-        angle = about_z(steering_angle if math.isfinite(steering_angle) else 0.0)
+        angle = steering_angle if math.isfinite(steering_angle) else 0.0
         for wheel, side in self._front:
             wheel.show(self._axle, side, 0.0, angle)
         if math.isfinite(commanded):
-            self._arrow.show(self._axle, 0.0, ROOF + 0.02, about_z(commanded))
+            self._arrow.show(self._axle, 0.0, ROOF + 0.02, commanded)
         else:
             self._arrow.hide()
 

@@ -56,8 +56,8 @@ def table_of(laps: tuple[DrivenLap, ...], running: float | None) -> str:
         f'<th style="{_RIGHT};font-weight:600">{name}</th>' for name in ("lap", "s", "to best", "m/s", "room m")
     )
     return (
-        f'<div style="padding:.25em .75em"><table style="width:100%;border-collapse:collapse;font-size:.8em;line-height:1.5;'
-        f'font-variant-numeric:tabular-nums"><thead><tr style="opacity:.65">{head}</tr></thead>'
+        '<div style="padding:.25em .75em"><table style="width:100%;border-collapse:collapse;font-size:.8em;'
+        f'line-height:1.5;font-variant-numeric:tabular-nums"><thead><tr style="opacity:.65">{head}</tr></thead>'
         f"<tbody>{''.join(rows)}</tbody></table></div>"
     )
 

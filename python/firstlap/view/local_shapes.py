@@ -7,38 +7,37 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-import viser
 
 from firstlap.colours import DROPPED, INK, LEFT, PAIR, RIGHT, rgb
 from firstlap.colours import LINE as LINE_COLOUR
 from firstlap.colours import PATH as PATH_COLOUR
 from firstlap.view.frame import Points
 from firstlap.view.layers import AIM, CLEANED, LINE, PATH, REMEMBERED, RETURNS, WIDTHS
-from firstlap.view.pens import Cloud, Solid, SpeedLine, Strokes
-from firstlap.view.shapes import NOTHING, about_z, arrow, chain, column_in, joined, merged, number_in, points_in, ring
+from firstlap.view.pens import Cloud, Sheet, Solid, SpeedLine, Strokes
+from firstlap.view.shapes import NOTHING, arrow, chain, column_in, joined, merged, number_in, points_in, ring
 
 KEPT = 0
 BOTH = 3
-"""Fate of a section that counts, support of a centerline point that has both walls: segmentation.hpp, centerline.hpp."""
+"""Fate of a section that counts, support of a centerline point that has both walls (segmentation, centerline.hpp)."""
 
 
 class LocalShapes:
     """Everything that a step of driver `local` can show."""
 
-    def __init__(self, api: viser.SceneApi) -> None:
-        self._left = Cloud(api, f"{RETURNS.node}/left", rgb(LEFT), 0.055, 0.03)
-        self._right = Cloud(api, f"{RETURNS.node}/right", rgb(RIGHT), 0.055, 0.03)
-        self._dropped = Cloud(api, f"{RETURNS.node}/dropped", rgb(DROPPED), 0.04, 0.02)
-        self._left_before = Cloud(api, f"{REMEMBERED.node}/left", rgb(LEFT, 0.6), 0.06, 0.018)
-        self._right_before = Cloud(api, f"{REMEMBERED.node}/right", rgb(RIGHT, 0.6), 0.06, 0.018)
-        self._widths = Strokes(api, f"{WIDTHS.node}/pairs", rgb(PAIR, 0.45), 1.0)
-        self._line = Strokes(api, f"{LINE.node}/line", rgb(LINE_COLOUR), 1.5)
-        self._supported = Cloud(api, f"{LINE.node}/points", rgb(LINE_COLOUR), 0.04, 0.022)
-        self._smoothed = Strokes(api, f"{CLEANED.node}/smoothed", rgb(INK), 1.5)
-        self._simplified = Cloud(api, f"{CLEANED.node}/simplified", rgb(INK), 0.09, 0.04)
-        self._path = SpeedLine(api, f"{PATH.node}/path", 0.07, 0.035)
+    def __init__(self, sheet: Sheet) -> None:
+        self._left = Cloud(sheet, f"{RETURNS.node}/left", rgb(LEFT), 0.04, 0.03)
+        self._right = Cloud(sheet, f"{RETURNS.node}/right", rgb(RIGHT), 0.04, 0.03)
+        self._dropped = Cloud(sheet, f"{RETURNS.node}/dropped", rgb(DROPPED), 0.03, 0.02)
+        self._left_before = Cloud(sheet, f"{REMEMBERED.node}/left", rgb(LEFT, 0.6), 0.045, 0.018)
+        self._right_before = Cloud(sheet, f"{REMEMBERED.node}/right", rgb(RIGHT, 0.6), 0.045, 0.018)
+        self._widths = Strokes(sheet, f"{WIDTHS.node}/pairs", rgb(PAIR, 0.45), 1.0)
+        self._line = Strokes(sheet, f"{LINE.node}/line", rgb(LINE_COLOUR), 1.5)
+        self._supported = Cloud(sheet, f"{LINE.node}/points", rgb(LINE_COLOUR), 0.04, 0.022)
+        self._smoothed = Strokes(sheet, f"{CLEANED.node}/smoothed", rgb(INK), 1.5)
+        self._simplified = Cloud(sheet, f"{CLEANED.node}/simplified", rgb(INK), 0.09, 0.04)
+        self._path = SpeedLine(sheet, f"{PATH.node}/path", 0.07, 0.035)
         mark = merged([ring(0.10, 0.135), _after(arrow(0.5, 0.025, 0.13), 0.12)])
-        self._lookahead = Solid(api, f"{AIM.node}/lookahead", mark, rgb(PATH_COLOUR), visible=False)
+        self._lookahead = Solid(sheet, f"{AIM.node}/lookahead", mark, rgb(PATH_COLOUR), visible=False)
 
     def show(self, trace: Mapping[str, Any], top: float) -> None:
         """top [m/s]: where the colours of speeds end. An empty trace shows nothing."""
@@ -47,7 +46,7 @@ class LocalShapes:
         self._path.show(points_of_path(trace), column_in(trace, "path", "velocity"), top)
         x, y, yaw = (number_in(trace, "lookahead", name) for name in ("x", "y", "yaw"))
         if len(column_in(trace, "path", "s")) and math.isfinite(x + y + yaw):
-            self._lookahead.show(x, y, 0.045, about_z(yaw))
+            self._lookahead.show(x, y, 0.045, yaw)
         else:
             self._lookahead.hide()
 

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import viser
 
 from firstlap.colours import DROPPED, FAINT, GOOD, GRID, INK, LINE, WALL, rgb
 from firstlap.view.frame import DrivenLap, Points, Scenery
 from firstlap.view.layers import GROUND, LAPS, MIDDLE, WALLS
-from firstlap.view.pens import Solid, Strokes
+from firstlap.view.pens import Sheet, Solid, Strokes
 from firstlap.view.shapes import NOTHING, Segments, chain, dashed, fence, joined, merged
 
 WALL_HEIGHT = 0.12
@@ -20,22 +19,22 @@ UNKNOWN = 40.0
 SHOWN_LAPS = 5
 
 
-def draw_scenery(api: viser.SceneApi, scenery: Scenery) -> None:
+def draw_scenery(sheet: Sheet, scenery: Scenery) -> None:
     """Ground, walls, centerline: once."""
     bounds = scenery.bounds()
     low, high = bounds if bounds else (np.full(2, -UNKNOWN), np.full(2, UNKNOWN))
     for name, every, colour in (("metres", 1, rgb(GRID, 0.25)), ("five_metres", 5, rgb(GRID))):
-        Strokes(api, f"{GROUND.node}/{name}", colour, 1.0).show(_grid(low - 5.0, high + 5.0, every))
+        Strokes(sheet, f"{GROUND.node}/{name}", colour, 1.0).show(_grid(low - 5.0, high + 5.0, every))
     seen = [wall for wall, visible in zip(scenery.walls, scenery.visible, strict=True) if visible and len(wall) > 1]
     low_ones = [wall for wall, visible in zip(scenery.walls, scenery.visible, strict=True) if not visible]
     if seen:
-        Solid(api, f"{WALLS.node}/fence", merged([fence(wall, WALL_HEIGHT) for wall in seen]), rgb(WALL))
-    Strokes(api, f"{WALLS.node}/seen", rgb(INK), 2.0).show(_all([chain(wall, WALL_HEIGHT) for wall in seen]))
+        Solid(sheet, f"{WALLS.node}/fence", merged([fence(wall, WALL_HEIGHT) for wall in seen]), rgb(WALL))
+    Strokes(sheet, f"{WALLS.node}/seen", rgb(INK), 2.0).show(_all([chain(wall, WALL_HEIGHT) for wall in seen]))
     unseen = _all([dashed(wall, 0.01, 0.12, 0.1) for wall in low_ones])
-    Strokes(api, f"{WALLS.node}/unseen", rgb(FAINT), 2.0).show(unseen)
+    Strokes(sheet, f"{WALLS.node}/unseen", rgb(FAINT), 2.0).show(unseen)
     middle = scenery.centerline
     closed = np.vstack([middle, middle[:1]]) if len(middle) > 1 else NOTHING
-    Strokes(api, f"{MIDDLE.node}/line", rgb(LINE, 0.4), 1.0).show(dashed(closed, 0.004, 0.2, 0.2))
+    Strokes(sheet, f"{MIDDLE.node}/line", rgb(LINE, 0.4), 1.0).show(dashed(closed, 0.004, 0.2, 0.2))
 
 
 def _grid(low: Points, high: Points, every: int) -> Segments:
@@ -61,9 +60,9 @@ def best_of(laps: Sequence[DrivenLap]) -> DrivenLap | None:
 class LapLines:
     """The last laps, paler the older they are, and the best one of all."""
 
-    def __init__(self, api: viser.SceneApi) -> None:
-        self._lines = [Strokes(api, f"{LAPS.node}/{i}", rgb(DROPPED, 0.16 * i), 1.5) for i in range(SHOWN_LAPS)]
-        self._best = Strokes(api, f"{LAPS.node}/best", rgb(GOOD), 2.5)
+    def __init__(self, sheet: Sheet) -> None:
+        self._lines = [Strokes(sheet, f"{LAPS.node}/{i}", rgb(DROPPED, 0.16 * i), 1.5) for i in range(SHOWN_LAPS)]
+        self._best = Strokes(sheet, f"{LAPS.node}/best", rgb(GOOD), 2.5)
         self._shown: tuple[DrivenLap, ...] | None = None
 
     def show(self, laps: tuple[DrivenLap, ...]) -> None:

@@ -1,4 +1,4 @@
-"""What the other drivers saw and chose, as drawings: from their traces (cpp/firstlap/drivers, global_driver/trace.py)."""
+"""What the other drivers saw and chose, as drawings from their traces (cpp/firstlap/drivers, global_driver/trace.py)."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def _ends(geometry: Mapping[str, float], angles: Values, ranges: Values) -> Poin
 
 def _beams(trace: Mapping[str, Any], count: int) -> Values:
     """(count,) angles [rad], right to left; not finite where the trace does not tell."""
-    return number_in(trace, "first_beam") + number_in(trace, "beam_step") * np.arange(count)
+    return number_in(trace, "first_beam") + number_in(trace, "beam_step") * np.arange(count, dtype=float)
 
 
 def _returns(trace: Mapping[str, Any], geometry: Mapping[str, float]) -> Points:
@@ -92,7 +92,7 @@ def _arc(steering_angle: float, length: float, geometry: Mapping[str, float]) ->
 
 def _gap(trace: Mapping[str, Any], geometry: Mapping[str, float]) -> Drawing:
     free = column_in(trace, "free")
-    angles = number_in(trace, "step") * (np.arange(len(free)) - len(free) // 2)
+    angles = number_in(trace, "step") * (np.arange(len(free), dtype=float) - len(free) // 2)
     run = column_in(trace, "run")
     ends = _ends(geometry, angles, free)
     within = (angles >= run[0] - 1e-9) & (angles <= run[1] + 1e-9) if len(run) == 2 else np.zeros(len(free), bool)
@@ -131,13 +131,13 @@ def _pid(trace: Mapping[str, Any], geometry: Mapping[str, float]) -> Drawing:
         return Drawing()
     laser = np.array([geometry["laser_x"], 0.0])
     preview, error = number_in(trace, "preview"), number_in(trace, "error")
-    ahead = laser + (preview, 0.0)
+    ahead = laser + np.array([preview, 0.0])
     command = column_in({"angle": list(trace.get("result", ()))[1:2]}, "angle")
     return Drawing(
         returns=returns,
         left=_wall_of(trace, "left", laser, ahead),
         right=_wall_of(trace, "right", laser, ahead),
-        aim=np.vstack([ahead, ahead + (0.0, error)]) if math.isfinite(preview + error) else NOTHING,
+        aim=np.vstack([ahead, ahead + np.array([0.0, error])]) if math.isfinite(preview + error) else NOTHING,
         arc=_arc(float(command[0]), number_in(trace, "free"), geometry) if len(command) else NOTHING,
     )
 

@@ -25,6 +25,7 @@ KEPT = 512
 """Frames that are remembered: more than come in that time."""
 HEIGHT = 118
 """Pixels."""
+FONT = "11px sans-serif"
 Values = npt.NDArray[np.float64]
 
 
@@ -44,10 +45,11 @@ class Curve:
 
 @dataclass(frozen=True)
 class Plot:
-    """lowest: where its axis begins, None: with the data."""
+    """digits: of its numbers, behind the point. lowest: where its axis begins, None: with the data."""
 
     title: str
     unit: str
+    digits: int
     curves: tuple[Curve, ...]
     lowest: float | None = None
 
@@ -89,10 +91,12 @@ def _so_far(frame: Frame) -> float:
     return math.nan if frame.clearance is None else frame.clearance
 
 
+_SUM = _degrees("steering.steering_angle", "wanted")
 PLOTS = (
     Plot(
         "speed",
         "m/s",
+        2,
         (
             Curve({"local": "planned", "global": "planned"}, RIGHT, _planned_here),
             Curve({"": "commanded"}, PATH, lambda frame: commanded(frame)[0]),
@@ -103,30 +107,27 @@ PLOTS = (
     Plot(
         "wheel angle",
         "°",
+        1,
         (
             Curve({"local": "heading", "pid": "P"}, LEFT, _degrees("steering.heading", "p_term")),
             Curve({"local": "cross-track", "pid": "I"}, RIGHT, _degrees("steering.cross_track", "i_term")),
             Curve({"local": "yaw rate", "pid": "D"}, GOOD, _degrees("steering.yaw_rate", "d_term")),
             Curve({"local": "change"}, BAD, _degrees("steering.steering")),
-            Curve(
-                {"local": "sum", "gap": "wanted", "disparity": "wanted"},
-                PATH,
-                _degrees("steering.steering_angle", "wanted"),
-                2.0,
-            ),  # fmt: skip
+            Curve({"local": "sum", "gap": "wanted", "disparity": "wanted"}, PATH, _SUM, 2.0),
             Curve({"": "commanded"}, INK, lambda frame: math.degrees(commanded(frame)[1])),
         ),
     ),
     Plot(
         "room",
         "m",
+        2,
         (
             Curve({"local": "path to wall", "global": "plan to wall", "": "free ahead"}, LEFT, _free),
             Curve({"": "least of the lap"}, BAD, _so_far),
         ),
         lowest=0.0,
     ),
-    Plot("step time", "µs", (Curve({"": "of the driver"}, INK, lambda frame: frame.step_us),), lowest=0.0),
+    Plot("step time", "µs", 0, (Curve({"": "of the driver"}, INK, lambda frame: frame.step_us),), lowest=0.0),
 )
 
 
@@ -200,35 +201,34 @@ def head_of(plot: Plot, frame: Frame) -> str:
     for curve in plot.curves:
         name, value = curve.name(frame.driver), curve.value(frame)
         if name:
-            number = (
-                f"{value:.{0 if plot.unit == 'µs' else 1 if plot.unit == '°' else 2}f}" if math.isfinite(value) else "–"
-            )
+            number = f"{value:.{plot.digits}f}" if math.isfinite(value) else "–"
             keys.append(
-                f'<span style="white-space:nowrap;margin-right:.75em"><span style="color:{curve.colour}">━</span> '
+                f'<span style="white-space:nowrap;margin-right:.6em"><span style="color:{curve.colour}">━</span> '
                 f'{html.escape(name)} <b style="font-variant-numeric:tabular-nums">{number}</b></span>'
             )
     return (
         '<div style="font-size:.75em;line-height:1.35;padding:0 .75em;margin-bottom:-.4em">'
-        f"<b>{plot.title}</b> [{plot.unit}] &ensp;{''.join(keys)}</div>"
+        f"<b>{plot.title}</b> [{plot.unit}] &ensp;{' '.join(keys)}</div>"
     )
 
 
 def _chart(gui: viser.GuiApi, plot: Plot, data: tuple[Values, ...]) -> viser.GuiUplotHandle:
-    lines = [uplot.Series(label=curve.names.get("local", curve.names.get("", "")), stroke=curve.colour, width=curve.width,
-                          points={"show": False}) for curve in plot.curves]  # fmt: skip
+    curves = [
+        uplot.Series(label=str(i), stroke=curve.colour, width=curve.width, points={"show": False})
+        for i, curve in enumerate(plot.curves)
+    ]
     scales: dict[str, uplot.Scale] = {"x": uplot.Scale(time=False)}
     if plot.lowest is not None:
-        scales["y"] = uplot.Scale(
-            range={"min": {"hard": plot.lowest, "soft": plot.lowest, "mode": 1}, "max": {"pad": 0.1}}
-        )
-    small = {"font": "11px sans-serif", "gap": 2}
+        low = {"hard": plot.lowest, "soft": plot.lowest, "mode": 1}
+        scales["y"] = uplot.Scale(range={"min": low, "max": {"pad": 0.1}})
+    last = plot is PLOTS[-1]
     return gui.add_uplot(
         data,
-        (uplot.Series(label="s"), *lines),
+        (uplot.Series(label="s"), *curves),
         scales=scales,
-        axes=({"show": False}, {**small, "size": 34}),
+        axes=(uplot.Axis(show=last, size=22, font=FONT, gap=2), uplot.Axis(font=FONT, gap=2, size=42)),
         legend={"show": False},
         cursor={"show": False},
-        height=HEIGHT,
-        padding=(6, 8, 6, 0),
+        height=HEIGHT + 22 * last,
+        padding=(6, 8, 4, 0),
     )

@@ -15,6 +15,7 @@ from firstlap.view.layers import CAR, LAYERS, MAP
 from firstlap.view.local_shapes import LocalShapes
 from firstlap.view.map_shapes import LapLines, draw_scenery
 from firstlap.view.opponent_shapes import OpponentShapes
+from firstlap.view.pens import Sheet
 from firstlap.view.shapes import about_z, column_in
 
 SLOWEST_TOP = 2.0
@@ -34,18 +35,24 @@ class Scene:
         api.add_frame(MAP, show_axes=False)
         for layer in LAYERS:
             api.add_frame(layer.node, show_axes=False)
-        draw_scenery(api, scenery)
-        self._laps = LapLines(api)
-        self._body = CarShape(api, geometry)
-        self._local = LocalShapes(api)
-        self._others = OpponentShapes(api, geometry)
-        self.pose: Pose = (0.0, 0.0, 0.0)
+        _light(api)
+        still = Sheet(api)
+        draw_scenery(still, scenery)
+        self._laps = LapLines(still)
+        self._body = CarShape(still, geometry)
+        self._sheet = Sheet(api)
+        self._local = LocalShapes(self._sheet)
+        self._others = OpponentShapes(self._sheet, geometry)
+
+    @property
+    def pose(self) -> Pose:
         """Of the car in what is shown: the origin where nobody knows it."""
+        return self._sheet.pose
 
     def show(self, frame: Frame) -> None:
         """This frame instead of the one before."""
         with self._server.atomic():
-            self.pose = frame.pose or (0.0, 0.0, 0.0)
+            self._sheet.pose = frame.pose or (0.0, 0.0, 0.0)
             self._car.position = (self.pose[0], self.pose[1], 0.0)
             self._car.wxyz = about_z(self.pose[2])
             self.top = max(self.top, _top_of(frame))
@@ -53,6 +60,13 @@ class Scene:
             self._others.show(frame.driver, frame.trace, self.top)
             self._body.show(frame.steering_angle, commanded(frame)[1])
             self._laps.show(frame.laps)
+
+
+def _light(api: viser.SceneApi) -> None:
+    """The same from everywhere: colours stay what they are, and no shadow has to be computed."""
+    api.configure_default_lights(enabled=False, cast_shadow=False)
+    api.configure_environment_map(None)
+    api.add_light_ambient("/light", color=(255, 255, 255), intensity=math.pi)
 
 
 def commanded(frame: Frame) -> tuple[float, float, str]:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from firstlap.view.frame import Points
+from firstlap.view.frame import Points, Pose
 
 Segments = npt.NDArray[np.float32]
 """(N, 2, 3) [m]: begin and end of each."""
@@ -96,6 +96,18 @@ def filled_up(points: Vertices, step: int) -> Vertices:
 def about_z(yaw: float) -> Quaternion:
     """w, x, y, z of a turn by `yaw` [rad]."""
     return math.cos(0.5 * yaw), 0.0, 0.0, math.sin(0.5 * yaw)
+
+
+def compose(a: Pose, b: Pose) -> Pose:
+    """b, given in a."""
+    c, s = math.cos(a[2]), math.sin(a[2])
+    return a[0] + c * b[0] - s * b[1], a[1] + s * b[0] + c * b[1], a[2] + b[2]
+
+
+def inverse(a: Pose) -> Pose:
+    """The origin, given in a."""
+    c, s = math.cos(a[2]), math.sin(a[2])
+    return -c * a[0] - s * a[1], s * a[0] - c * a[1], -a[2]
 
 
 def prism(outline: Points, low: float, high: float) -> Mesh:

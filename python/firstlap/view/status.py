@@ -8,8 +8,7 @@ import math
 import numpy as np
 import viser
 
-from firstlap.colours import BAD, FAINT, GOOD
-from firstlap.colours import DROPPED, LEFT, LINE, PATH, RIGHT
+from firstlap.colours import BAD, DROPPED, FAINT, GOOD, LEFT, LINE, PATH, RIGHT
 from firstlap.view.frame import Frame
 from firstlap.view.pens import speed_colours
 from firstlap.view.scene import commanded
@@ -39,7 +38,8 @@ def status_of(frame: Frame, setup: str, rate: float) -> str:
     speed, _, status = commanded(frame)
     good = frame.going and status in ("ok", "")
     said = status.replace("_", " ") or "no step yet"
-    badge = f'<span style="{_BADGE};background:{GOOD if good else BAD}">{html.escape(said if frame.going else "stopped")}</span>'
+    word = html.escape(said if frame.going else "stopped")
+    badge = f'<span style="{_BADGE};background:{GOOD if good else BAD}">{word}</span>'
     wanted = f"{speed:.1f}" if math.isfinite(speed) else "–"
     facts = [f"driver <b>{html.escape(frame.driver)}</b>", html.escape(setup), f"{rate:.0f} pictures a second"]
     where = [f"{frame.time:.1f} s"]
@@ -51,7 +51,8 @@ def status_of(frame: Frame, setup: str, rate: float) -> str:
         '<div style="display:flex;align-items:center;justify-content:space-between">'
         f'<span style="font-variant-numeric:tabular-nums"><b style="font-size:1.9em">{frame.speed:.1f}</b> m/s '
         f'<span style="opacity:.65">of {wanted}</span></span>{badge}</div>'
-        f'<div style="font-size:.8em;opacity:.8;font-variant-numeric:tabular-nums">{" · ".join(facts)}<br>{" · ".join(where)}</div>'
+        '<div style="font-size:.8em;opacity:.8;font-variant-numeric:tabular-nums">'
+        f"{' · '.join(facts)}<br>{' · '.join(where)}</div>"
         f"{words}</div>"
     )
 
