@@ -345,7 +345,22 @@ def test_a_race_ends_with_the_process_that_shows_it(tmp_path: Path) -> None:
         assert _lives(pid)
         viewer.kill()
         viewer.wait()
-        wait(lambda: not _lives(pid), 1.0)
+        wait(lambda: not _lives(pid))
+
+
+def test_a_race_that_hangs_is_said_and_goes_on_where_it_was(source: SimSource) -> None:
+    assert source._race is not None
+    pid = source._race.process.pid
+    assert pid is not None
+    os.kill(pid, signal.SIGSTOP)
+    try:
+        frame = shown(source, lambda frame: "does not answer" in frame.said)
+        source.stop()
+    finally:
+        os.kill(pid, signal.SIGCONT)
+    shown(source, lambda one: one.number > frame.number and "emergency stop" in one.said)
+    source.go()
+    shown(source, lambda frame: frame.going and frame.speed > 1.0)
 
 
 def test_a_race_whose_process_died_says_so_and_begins_anew(source: SimSource) -> None:
