@@ -20,7 +20,7 @@ from firstlap.view.shapes import about_z, compose, inverse
 FREE, FOLLOW, TURN = "Free", "Follow", "Follow and turn"
 MODES = (FREE, FOLLOW, TURN)
 FIELD_OF_VIEW = math.radians(40.0)
-HEIGHT = 13.0
+HEIGHT = 14.0
 """[m] of the camera over the ground, to begin with."""
 AHEAD = 2.0
 """[m] by which it looks ahead of a car that always points upwards."""
