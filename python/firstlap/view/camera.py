@@ -128,6 +128,7 @@ class ViewControls:
     """A viewer's own buttons and ticks: how to follow, and what to hide."""
 
     def __init__(self, gui: viser.GuiApi, viewpoint: Viewpoint) -> None:
+        mode: viser.GuiInputHandle[str]
         mode = gui.add_dropdown("Camera", MODES, initial_value=viewpoint.mode, hint=HINT)
         overview = gui.add_button("Whole track", icon=viser.Icon.MAP)
 
