@@ -22,15 +22,19 @@ class Standing:
     car: Car
     scenery = Scenery(centerline=np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 10.0]]))
 
-    def __init__(self, setup: str = "base") -> None:
+    def __init__(self) -> None:
         self.car = load_car("default")
-        self.driving = Driving(load_setup(setup))
+        self.number = 0
+        self._lock = threading.Lock()
+        self.anew()
+
+    def anew(self) -> None:
+        """As it was loaded."""
+        self.driving = Driving(load_setup("base"))
         self.loaded_setup = self.driving.setup
         self.orders: list[object] = []
         self.changes: list[dict[str, Value]] = []
         self.going = True
-        self.number = 0
-        self._lock = threading.Lock()
 
     def start(self) -> None:
         """Nothing."""
@@ -82,8 +86,9 @@ class StandingCar(Standing):
 
     conditions = FieldTable(row for row in _core.Car.fields() if row["section"] == "sensors")
 
-    def __init__(self, setup: str = "base") -> None:
-        super().__init__(setup)
+    def anew(self) -> None:
+        """As it was loaded."""
+        super().anew()
         self.values = {field.key: field.default for field in self.conditions.fields}
 
     def stop(self) -> None:
@@ -119,8 +124,8 @@ class StandingTape(Standing):
 
     scans = 500
 
-    def __init__(self, setup: str = "base") -> None:
-        super().__init__(setup)
+    def __init__(self) -> None:
+        super().__init__()
         self.scan = 0
         self.playing = False
         self.pace = 1.0
