@@ -16,17 +16,16 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon, Rectangle
 
+from firstlap.colours import DROPPED, GOOD, GRID, LINE, PAIR, WALL
+from firstlap.colours import PATH as PATH
 from firstlap.drivers.registry import driver_kind
 from firstlap.explain import Moment
 from firstlap.plot import BAD, FAINT, INK, LEFT, PAPER, RIGHT, coloured_line, new_figure, save, write
 
-PATH = "#6a1b9a"
-LINE = "#2e7d32"
 SCENE = (0.03, 0.075, 0.63, 0.835)
 SIZE = (16.0, 9.2)
 REACH = (-4.0, 10.5, -7.0, 7.0)
 BOTH = 3
-GOOD = "#2e7d32"
 TERMS = (
     ("heading", "heading", "k_ang Δψ"),
     ("cross_track", "cross-track", "atan(k_dist Δd / …)"),
@@ -84,14 +83,14 @@ def _draw_scene(axes: Axes, moment: Moment) -> None:
     axes.set_xlim(left, right)
     axes.set_ylim(low, high)
     axes.set_facecolor("#fbfbfc")
-    axes.grid(color="#edf0f2", linewidth=0.8)
+    axes.grid(color=GRID, linewidth=0.8)
     axes.set_axisbelow(True)
     axes.tick_params(colors=FAINT, labelsize=9)
     for spine in axes.spines.values():
         spine.set_color("#d5dade")
     for wall, visible in moment.walls:
         style = "solid" if visible else (0, (1, 1.5))
-        axes.plot(*wall.T, color="#c4ccd3", linewidth=5.0, linestyle=style, solid_capstyle="round", zorder=1)
+        axes.plot(*wall.T, color=WALL, linewidth=5.0, linestyle=style, solid_capstyle="round", zorder=1)
     _draw_points(axes, moment.trace)
     _draw_line(axes, moment.trace)
     _draw_path(axes, moment.trace)
@@ -116,11 +115,11 @@ def _view(trace: Mapping[str, Any]) -> tuple[float, float, float, float]:
 def _draw_points(axes: Axes, trace: Mapping[str, Any]) -> None:
     """Returns by side; dropped sections grey; remembered walls hollow."""
     points, sections = trace["points"], trace["sections"]
-    colours = np.full(len(points), "#b4bcc4", dtype=object)
+    colours = np.full(len(points), DROPPED, dtype=object)
     for i, (first, last, fate) in enumerate(zip(sections["first"], sections["last"], sections["fate"], strict=True)):
         if fate == 0:
             colours[first : last + 1] = RIGHT if i < trace["split"] else LEFT
-    for colour, size in (("#b4bcc4", 5), (RIGHT, 9), (LEFT, 9)):
+    for colour, size in ((DROPPED, 5), (RIGHT, 9), (LEFT, 9)):
         chosen = colours == colour
         axes.scatter(points[chosen][:, 0], points[chosen][:, 1], s=size, color=colour, linewidths=0, zorder=3)
     for side, colour in (("left", LEFT), ("right", RIGHT)):
@@ -134,7 +133,7 @@ def _draw_line(axes: Axes, trace: Mapping[str, Any]) -> None:
     line = trace["line"]
     both = line["support"] == BOTH
     pairs = np.stack([line["right"][both], line["left"][both]], axis=1)
-    axes.add_collection(LineCollection(list(pairs[::2]), colors="#8fa3b3", linewidths=0.6, alpha=0.75, zorder=2))
+    axes.add_collection(LineCollection(list(pairs[::2]), colors=PAIR, linewidths=0.6, alpha=0.75, zorder=2))
     axes.plot(*line["points"].T, color=LINE, linewidth=1.0, zorder=4)
     for side, wanted in (("left", 2), ("right", 1)):
         alone = line["support"] == wanted
@@ -214,9 +213,9 @@ def _draw_legend(axes: Axes, moment: Moment) -> None:
     entries = [
         dot(LEFT, "left wall"),
         dot(RIGHT, "right wall"),
-        dot("#b4bcc4", "dropped"),
+        dot(DROPPED, "dropped"),
         dot(INK, "remembered", markerfacecolor="none", markersize=5),
-        stroke("#8fa3b3", "width pairs", linewidth=0.9),
+        stroke(PAIR, "width pairs", linewidth=0.9),
         stroke(LINE, "centerline", linewidth=1.2, marker="o", markersize=3),
         stroke(INK, "smoothed, joined to the car", linewidth=0.9, linestyle=(0, (4, 2))),
         dot(INK, "kept by Opheim", markerfacecolor=PAPER, markersize=5.5),
@@ -224,7 +223,7 @@ def _draw_legend(axes: Axes, moment: Moment) -> None:
         dot(PATH, "lookahead point", markerfacecolor="none", markersize=8, markeredgewidth=1.8),
     ]
     if moment.walls:
-        entries.append(stroke("#c4ccd3", "true walls", linewidth=4))
+        entries.append(stroke(WALL, "true walls", linewidth=4))
     axes.legend(
         handles=entries,
         loc="upper center",

@@ -13,6 +13,13 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
+from firstlap.colours import BAD as BAD
+from firstlap.colours import FAINT as FAINT
+from firstlap.colours import INK as INK
+from firstlap.colours import LEFT as LEFT
+from firstlap.colours import PAPER as PAPER
+from firstlap.colours import RIGHT as RIGHT
+from firstlap.colours import ROAD, SPEED_MAP
 from firstlap.output import check_writable, write_whole
 from firstlap.text import printable
 from firstlap.tracks.track import Track
@@ -21,14 +28,6 @@ if TYPE_CHECKING:
     from firstlap.race import RaceResult
 
 PICTURES = (".png", ".svg", ".pdf", ".jpg")
-INK = "#22272e"
-FAINT = "#9aa4af"
-PAPER = "#ffffff"
-ROAD = "#eef1f4"
-LEFT = "#1f77b4"
-RIGHT = "#e8710a"
-BAD = "#c62828"
-SPEED_MAP = "turbo"
 
 Points = npt.NDArray[np.float64]
 

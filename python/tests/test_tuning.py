@@ -13,7 +13,7 @@ import firstlap
 from firstlap.errors import InputError
 from firstlap.setup_file import load_setup
 from firstlap.tuning.candidate import Verdict, judge
-from firstlap.tuning.choose import front
+from firstlap.tuning.choose import choose, front
 from firstlap.tuning.pool import LocalPool
 from firstlap.tuning.search import Budget, Search, parse_budget
 from firstlap.tuning.session import make_session
@@ -240,3 +240,31 @@ def test_where_nothing_better_comes_the_search_begins_anew(oval, tmp_path: Path)
     assert not search._stale(18, begun=3)
     assert search._stale(19, begun=3)
     assert not search._stale(19, begun=15)
+
+
+def test_starts_are_ours_or_those_that_are_named_or_the_first_alone(oval):
+    def names(**options) -> list[str]:
+        return [start.name for start in session_of(oval, **options).starts]
+
+    assert {"base", "race", "sure", "local_arena"} <= set(names(only=None))
+    assert names(only=None, others="race,sure,base") == ["base", "race", "sure"]
+    assert names(only=None, others="none") == ["base"]
+    for others in ("", ",", "nowhere", "gap"):
+        with pytest.raises(InputError):
+            session_of(oval, others=others)
+
+
+def test_the_fastest_seen_is_never_slower_on_fresh_seeds_than_what_holds(oval):
+    session = session_of(oval)
+    base, race = (load_setup(name).given for name in ("base", "race"))
+    held = Verdict([9.0] * 2, [1.0] * 2, [0.5] * 2, 0.08)
+    trials = [Trial(0, base, replace(held, laps=[5.0] * 2), 5.0), Trial(1, race, held, 9.0)]
+    judging = judge_values(["check_seeds=2", "check_laps=2"])
+    pool = LocalPool("local", 2)
+    try:
+        choice = choose(session.problem(), trials, base, pool, judging, 1, lambda _what, _races: None)
+    finally:
+        pool.close()
+    assert choice.holds is not None
+    assert choice.holds.trial.number == 1
+    assert choice.seen == choice.holds

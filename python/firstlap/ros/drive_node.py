@@ -24,10 +24,11 @@ from firstlap.ros.conversions import scan_reason, seconds, set_stamp, to_scan
 from firstlap.ros.diagnostics import Health
 from firstlap.ros.frames import Frames, mount_of
 from firstlap.ros.markers import Markers
-from firstlap.ros.names import DRIVE
-from firstlap.ros.node_parameters import declare_entries, declare_fields, result, value_of
+from firstlap.ros.names import DRIVE, TOLD
+from firstlap.ros.node_parameters import declare_entries, declare_fields, result, tell, value_of
 from firstlap.ros.qos import LATCHED, NEWEST
 from firstlap.ros.safety import DEADMAN, DeadMan, Stamps, Watchdog, within
+from firstlap.ros.traces import Traces
 from firstlap.ros.vehicle_state import ESTIMATE_FIELDS, StateSource
 from firstlap.scan import Mount
 
@@ -74,11 +75,13 @@ class DriveNode(LifecycleNode):
         self.add_on_set_parameters_callback(self.on_parameters)
         self.drive = self.create_publisher(AckermannDriveStamped, value_of(self, "drive_topic"), 1)
         self.markers = Markers(self)
+        self.traces = Traces(self)
 
     def _declare(self, driving: Driving | None) -> None:
         declare_entries(self, DRIVE)
         driver, setup = value_of(self, "driver"), value_of(self, "setup")
         self.driving = Driving.of(driver, setup) if driver or setup or driving is None else driving
+        tell(self, TOLD, {"driving_driver": self.driving.setup.driver, "driving_setup": self.driving.setup.name})
         declare_fields(self, ESTIMATE_FIELDS.fields, lambda field: field.default)
         declare_fields(self, self.driving.fields, lambda field: self.driving.setup.get(field.key))
         self.driving.change({field.key: value_of(self, field.key) for field in self.driving.fields})
@@ -304,6 +307,8 @@ class DriveNode(LifecycleNode):
         elif self.stops_left > 0:
             self.stops_left -= 1
             self.publish_stop()
+        if not self.watchdog.armed:
+            self.traces.stands()
 
     # Sources.
 
@@ -388,6 +393,7 @@ class DriveNode(LifecycleNode):
         self.publish_drive(*limited, message.header.stamp)
         self.health.step(spent, time.perf_counter() - began, self.now() - stamp - sweep, command.status)
         self.markers.publish(self.driving.handle, stamp)
+        self.traces.publish((speed, yaw_rate, steering_angle), stamp + sweep, spent)
 
     def publish_drive(self, speed: float, steering_angle: float, stamp: Any = None) -> None:
         """A command; its stamp is the one of the scan that it answers, or now."""

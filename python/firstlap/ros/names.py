@@ -42,6 +42,12 @@ DRIVE = (
     Entry("pause_limit", 0.2, "[s] in which the node itself did not run: stop", 0.05, 1.0),
     Entry("max_age", 0.15, "[s] older scans and odometry are not used (0: any age, where clocks differ)", 0.0, 5.0),
     Entry("marker_rate", 10.0, "[Hz] of walls, path and lookahead for rviz and Foxglove; 0: none", 0.0, 100.0),
+    Entry("trace_rate", 20.0, "[Hz] of ~/trace for firstlap view --ros, while somebody watches; 0: none", 0.0, 100.0),
+)
+
+TOLD = (
+    Entry("driving_driver", "", "what drives; told, never asked: `driver` asks", fixed=True),
+    Entry("driving_setup", "", "the setup that was loaded; told, never asked: `setup` asks", fixed=True),
 )
 
 SIM = (

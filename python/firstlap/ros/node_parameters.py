@@ -24,6 +24,15 @@ def declare_fields(node: Any, fields: Iterable[Field], values: Callable[[Field],
         _declare(node, field.key, values(field), doc, field.min, field.max, False)
 
 
+def tell(node: Any, entries: Iterable[Entry], values: dict[str, str]) -> None:
+    """Declares rows that the node itself fills in: nobody else can."""
+    from rcl_interfaces.msg import ParameterDescriptor
+
+    for entry in entries:
+        descriptor = ParameterDescriptor(description=entry.doc, read_only=True)
+        node.declare_parameter(entry.name, values[entry.name], descriptor, ignore_override=True)
+
+
 def _declare(node: Any, name: str, default: Any, doc: str, low: float | None, high: float | None, fixed: bool) -> None:
     from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
     from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException

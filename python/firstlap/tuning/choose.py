@@ -38,9 +38,9 @@ class Chosen:
 
 @dataclass(frozen=True)
 class Choice:
-    """holds: none where nothing did. seen: the fastest lap of all that finished at least
-    every other race of the search. tried: on fresh seeds.
-    compared: the start that laps are compared with, on the same."""
+    """holds: none where nothing did. seen: the fastest on fresh seeds of what was raced there, which the fastest lap of
+    the search always is, of those that finished at least every other race. tried: what was raced there to find `holds`.
+    compared: the start that laps are compared with, on the same seeds."""
 
     holds: Chosen | None
     seen: Chosen | None
@@ -104,10 +104,10 @@ def _fastest_seen(
     fastest = min(seen, key=lambda t: (t.verdict.lap, t.number), default=None)
     if fastest is None:
         return None
-    again = next((chosen for chosen in tried if chosen.trial.number == fastest.number), None)
-    if again and again.check.raced == len(conditions):
-        return again
-    return Chosen(fastest, race_conditions(fresh, fastest.given, conditions, pool, progress))
+    whole = [chosen for chosen in tried if chosen.check.raced == len(conditions)]
+    if all(chosen.trial.number != fastest.number for chosen in whole):
+        whole.append(Chosen(fastest, race_conditions(fresh, fastest.given, conditions, pool, progress)))
+    return min(whole, key=lambda chosen: (chosen.lap, chosen.trial.number))
 
 
 def race_conditions(

@@ -1,0 +1,325 @@
+"""A car, or a simulator's car, over ROS 2: its driving node's own trace, and without one what its sensors say."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from firstlap.car_file import Car, load_car
+from firstlap.drivers.registry import driver_kind
+from firstlap.errors import InputError
+from firstlap.parameters import Field, Value
+from firstlap.ros import require_ros
+from firstlap.ros.car_link import CarLink
+from firstlap.ros.conversions import scan_reason, to_scan
+from firstlap.ros.frames import mount_of
+from firstlap.ros.trace_message import Told, decode
+from firstlap.scan import Mount
+from firstlap.setup_file import Setup, load_setup
+from firstlap.view.frame import Frame, Scenery
+from firstlap.view.places import Places, clearance, geometry, points_of
+
+NODE = "firstlap_drive"
+LOST = 0.5
+"""[s] without a trace from which that is said, and the bare scan shown."""
+LOOK = 0.1
+"""[s] between two looks at whether everybody is still there."""
+FIRST = 5.0
+"""[s] that `start` waits for the driving node to say what it drives with."""
+UNKNOWN = "sure"
+"""The setup that is shown as long as no driving node has said its own."""
+
+
+class RosSource:
+    """A `Source` that `Drives`. arguments: for ROS, as `ros_arguments` makes them. node: of the driver.
+
+    `close` leaves the car as it is: it is not ours. One that was stopped here stays stopped.
+    """
+
+    def __init__(self, arguments: list[str] | None = None, node: str = NODE, domain: int | None = None) -> None:
+        self._link = CarLink(arguments or ["--ros-args"], node, domain)
+        self.title = node
+        self.car: Car = load_car("default")
+        self.scenery = Scenery()
+        self._setup = self._loaded = load_setup(UNKNOWN)
+        self._known = threading.Event()
+        self._changing = threading.Lock()
+        self._places = Places()
+        self._frame: Frame | None = None
+        self._number = 0
+        self._walls: tuple[Any, ...] = ()
+        self._born, self._was_there, self._stale, self._asked = "", False, True, -math.inf
+        self._trace_at = self._scan_at = self._began = -math.inf
+        self._bad_trace = ""
+        self._mount: Mount | None = None
+        self._scan: dict[str, Any] = {}
+        self._topics: dict[str, Any] = {}
+
+    # Source.
+
+    def start(self) -> None:
+        """Joins, and waits a moment for the driving node. Raises InputError where ROS 2 is not there."""
+        require_ros()
+        self._began = time.monotonic()
+        self._link.start(self._build, self._look, LOOK)
+        self.title = f"{self._link.path} over ROS 2"
+        self._known.wait(FIRST)
+
+    def close(self) -> None:
+        """Leaves."""
+        self._link.close()
+
+    def latest(self) -> Frame | None:
+        """The newest frame; never waits."""
+        return self._frame
+
+    @property
+    def setup(self) -> Setup:
+        """What drives now; `sure` as long as no driving node has answered."""
+        return self._setup
+
+    @property
+    def loaded(self) -> Setup:
+        """What the node had when it was found."""
+        return self._loaded
+
+    def change(self, values: Mapping[str, Value]) -> None:
+        """In the node: all are taken, or InputError with its reason."""
+        with self._changing:
+            fields = self._setup.fields
+            asked = {fields.find(name, "setup"): value for name, value in values.items()}
+            self._link.set(asked)
+            self._taken(asked)
+
+    def choose(self, setup: Setup) -> None:
+        """All its parameters, in the node. Raises InputError where it is of another driver than the node's."""
+        if setup.driver != self._setup.driver:
+            raise InputError(
+                f"{self._link.path} drives with {self._setup.driver}: restart it with "
+                f"`firstlap drive --driver {setup.driver} --setup {setup.source or setup.name}`"
+            )
+        self.change({field.key: setup.get(field.key) for field in setup.fields.fields})
+        self._setup = self._loaded = setup
+
+    def _taken(self, values: Mapping[Field, Value]) -> None:
+        """The node has them now."""
+        new = {(field.section, field.name): value for field, value in values.items()}
+        before = self._setup
+        self._setup = replace(before, given={**before.given, **new}, changed={**before.changed, **new})
+        self._see_car()
+
+    # Drives.
+
+    def stop(self) -> None:
+        """The emergency stop, held until `go`; and ~/stop."""
+        try:
+            self._link.stop()
+        except Exception as error:
+            # It never raises: somebody pressed it and must not be left with a traceback.
+            self._link.say(f"the emergency stop failed: {error}")
+
+    def go(self) -> None:
+        """Releases the emergency stop and asks the node to resume. Raises InputError with its reason."""
+        self._link.go()
+
+    # What is heard, in the link's thread.
+
+    def _build(self) -> None:
+        from nav_msgs.msg import OccupancyGrid, Odometry
+        from rcl_interfaces.msg import ParameterEvent
+        from rclpy.qos import DurabilityPolicy, QoSProfile
+        from std_msgs.msg import UInt8MultiArray
+        from tf2_msgs.msg import TFMessage
+
+        from firstlap.ros.qos import LATCHED, NEWEST
+
+        hear = self._link.node.create_subscription
+        hear(UInt8MultiArray, f"{self._link.path}/trace", self._on_trace, NEWEST)
+        hear(Odometry, "ground_truth/odom", self._places.hear_truth, NEWEST)
+        hear(TFMessage, "/tf_static", self._places.frames.hear, LATCHED)
+        hear(TFMessage, "/tf", self._places.frames.hear, 100)
+        hear(ParameterEvent, "/parameter_events", self._on_parameters, 100)
+        hear(OccupancyGrid, "/map", self._on_map, QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+        self._listen(self._link.value("scan_topic"), self._link.value("odom_topic"))
+        self._base = self._link.value("base_frame")
+        self._from_tf = bool(self._link.value("laser_from_tf"))
+
+    def _listen(self, scan: str, odom: str) -> None:
+        """To the sensors, wherever they are now."""
+        from nav_msgs.msg import Odometry
+        from sensor_msgs.msg import LaserScan
+
+        from firstlap.ros.qos import NEWEST
+
+        for role, topic, kind, action in (
+            ("scan", scan, LaserScan, self._on_scan),
+            ("odom", odom, Odometry, self._places.hear_odometry),
+        ):
+            before = self._topics.get(role)
+            if before and before[0] == topic:
+                continue
+            if before:
+                self._link.node.destroy_subscription(before[1])
+            self._topics[role] = (topic, self._link.node.create_subscription(kind, topic, action, NEWEST))
+
+    def _on_trace(self, message: Any) -> None:
+        try:
+            told, trace = decode(message.data.tobytes())
+        except ValueError as error:
+            self._bad_trace = f"its trace cannot be read: {error}"
+            return
+        self._trace_at, self._bad_trace = time.monotonic(), ""
+        if told.born != self._born:
+            self._born, self._stale, self._asked = told.born, True, -math.inf
+        self._show_trace(told, trace)
+
+    def _show_trace(self, told: Told, trace: dict[str, Any]) -> None:
+        places = self._places
+        shown = trace or self._scan
+        near = clearance(points_of(shown, geometry(self.car, "laser_x")), self.car)
+        if near is not None and told.going:
+            places.book.near(near)
+        frame = Frame(
+            self._next(), told.time, places.at(told.time), told.speed, told.yaw_rate, told.steering_angle,
+            told.driver if trace else "", shown, told.step_us, clearance=places.book.clearance, laps=places.book.laps,
+            going=told.going, said=self._with_trouble(told.said),
+        )  # fmt: skip
+        self._frame = frame
+
+    def _show_without(self, why: str) -> None:
+        """No trace comes: the newest scan, if there is one."""
+        places, before = self._places, self._frame
+        fresh = time.monotonic() - self._scan_at < LOST
+        stamp, pose = places.newest()
+        self._frame = Frame(
+            self._next(), stamp, pose, places.speed, places.yaw_rate, before.steering_angle if before else 0.0,
+            "", self._scan if fresh else {}, 0.0, clearance=places.book.clearance, laps=places.book.laps,
+            going=before.going if before else False, said=self._with_trouble(why if fresh else f"{why}; no scan"),
+        )  # fmt: skip
+
+    def _next(self) -> int:
+        self._number += 1
+        return self._number
+
+    def _with_trouble(self, said: str) -> str:
+        link = self._link
+        unheard = "the emergency stop reaches nobody" if link.pressed and link.heard_by_nobody() else ""
+        return "; ".join(one for one in (said, unheard, self._bad_trace, link.trouble) if one)
+
+    def _on_scan(self, message: Any) -> None:
+        """Kept for when the driver shows nothing."""
+        if scan_reason(message, None):
+            return
+        self._scan_at = time.monotonic()
+        scan = to_scan(message, self._mounted(message.header.frame_id))
+        angles = scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges))
+        good = np.isfinite(scan.ranges) & (scan.ranges > scan.range_min) & (scan.ranges < scan.range_max)
+        reach = np.where(good, scan.ranges, 0.0).astype(np.float64)
+        x = geometry(self.car, "laser_x") + reach * np.cos(angles)
+        self._scan = {"points": np.column_stack([x, reach * np.sin(angles)])[good]}
+        if self._scan_at - self._trace_at >= LOST:
+            self._show_without(self._why())
+
+    def _mounted(self, frame: str) -> Mount:
+        """As TF says; where it does not, straight ahead."""
+        place = self._places.frames.find(self._base, frame) if self._from_tf else None
+        try:
+            if place is not None:
+                mount = mount_of(place)
+                self.car.core.set("geometry", "laser_x", mount.x)
+                return mount
+        except ValueError:
+            pass  # a laser that leans: the driving node says so, here its scan is shown all the same
+        return Mount(geometry(self.car, "laser_x"), 0.0, 0.0, False)
+
+    def _on_map(self, message: Any) -> None:
+        from firstlap.ros.map_walls import walls_of
+
+        try:
+            self._walls = walls_of(message)
+        except ValueError as error:
+            self._link.say(str(error))
+
+    # Who is there.
+
+    def _look(self) -> None:
+        there = self._link.there()
+        self._stale = self._stale or (there and not self._was_there)
+        if there and self._stale:
+            self._fetch()
+        self._was_there = there
+        walls = self._walls if self._places.in_map else ()
+        if walls is not self.scenery.walls and (walls or self.scenery.walls):
+            self.scenery = Scenery(walls, (True,) * len(walls))
+        now = time.monotonic()
+        if now - self._trace_at >= LOST and now - self._scan_at >= LOST:
+            self._show_without(self._why())
+
+    def _why(self) -> str:
+        """No trace comes."""
+        silent = time.monotonic() - max(self._trace_at, self._began)
+        gone = "" if self._was_there else f": no driving node {self._link.path}"
+        return f"no trace for {silent:.1f} s{gone}"
+
+    def _fetch(self) -> None:
+        """Asks the node what it drives with; no oftener than once a second."""
+        now = time.monotonic()
+        if now - self._asked >= 1.0:
+            self._asked = now
+            self._link.fetch_told(self._on_told)
+
+    def _on_told(self, told: dict[str, Any]) -> None:
+        driver, name = told.get("driving_driver"), told.get("driving_setup")
+        try:
+            fields = driver_kind(str(driver)).fields.fields
+        except InputError:
+            self._link.say(f"{self._link.path} is no driving node that is known here")
+            return
+        self._listen(told["scan_topic"], told["odom_topic"])
+        self._link.button_at(told["emergency_stop_topic"])
+        self._base, self._from_tf = told["base_frame"], bool(told["laser_from_tf"])
+        self._link.fetch(
+            [field.key for field in fields], lambda values: self._on_values(str(driver), str(name), values)
+        )
+
+    def _on_values(self, driver: str, name: str, values: dict[str, Any]) -> None:
+        fields = driver_kind(driver).fields.fields
+        given = {
+            (field.section, field.name): values[field.key]
+            for field in fields
+            if values.get(field.key) is not None and values[field.key] != field.default
+        }
+        self._setup = self._loaded = Setup(name, given, self._link.path, driver=driver)
+        self._see_car()
+        self._stale = False
+        self._known.set()
+
+    def _see_car(self) -> None:
+        """The car that the setup tells of."""
+        if "car" in self._setup.fields.sections:
+            car = load_car("default")
+            for field in self._setup.fields.fields:
+                if field.section == "car":
+                    car.core.set("geometry", field.name, self._setup.get(field.key))
+            self.car = Car(self.title, car.core, self._link.path)
+
+    def _on_parameters(self, event: Any) -> None:
+        """Somebody else turned a knob of the node."""
+        from rclpy.parameter import parameter_value_to_python
+
+        if event.node != self._link.path or not self._known.is_set():
+            return
+        known = {field.key: field for field in self._setup.fields.fields}
+        new = {
+            known[one.name]: parameter_value_to_python(one.value)
+            for one in event.changed_parameters
+            if one.name in known
+        }
+        if new:
+            self._taken(new)
