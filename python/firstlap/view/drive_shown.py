@@ -18,6 +18,8 @@ from firstlap.view.source import Drives, Simulates
 SECOND_THOUGHTS = 0.5
 """[s] after a stop in which "go" does not count: the key that stops also presses the button that has the focus."""
 BIG = "<style>[id='{uuid}']{{height:3.6em!important;font-size:1.25em!important;font-weight:800}}</style>"
+HEIGHT = 240
+"""[pixels]"""
 SPACE: Literal["space"] = "space"
 ESCAPE: Literal["escape"] = "escape"
 
@@ -41,6 +43,7 @@ class DriveShown:
                 restart.on_click(desk.click("restart", source.restart))
             self._state = StateShown(gui)
         self._panel.dock_above(gui.main_panel)
+        self._panel.set_height(HEIGHT)
         self._keys = [
             gui.add_command("Emergency stop", description="until someone says go", hotkey=key, icon=Icon.HAND_STOP)
             for key in (SPACE, ESCAPE)

@@ -88,16 +88,15 @@ class Panel:
             transport = Transport(self._desk, source)
             self._keys.append(transport)
             self._updates.append(transport.update)
-        if isinstance(source, Simulates):
-            place = PlaceShown(self._desk, source, source.scenery.centerline)
-            self._updates.append(place.update)
 
     def _build_conditions(self) -> KnobBoard | None:
         source = self._source
         if not isinstance(source, Simulates):
             return None
         table = source.conditions
-        with self._tabs.add_tab("Car"):
+        with self._tabs.add_tab("Simulator"):
+            place = PlaceShown(self._desk, source, source.scenery.centerline)
+            self._updates.append(place.update)
             return KnobBoard(
                 self._desk,
                 table,
