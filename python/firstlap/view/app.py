@@ -15,7 +15,7 @@ import viser
 from viser import _messages
 
 from firstlap.colours import PATH, rgb
-from firstlap.view.camera import ViewControls, Viewpoint, first_look
+from firstlap.view.camera import OnMap, ViewControls, Viewpoint, first_look
 from firstlap.view.frame import Frame
 from firstlap.view.gate import Gate, quietly
 from firstlap.view.lap_table import LapTable
@@ -44,8 +44,8 @@ class Shown(Protocol):
         """The viewer has gone."""
 
 
-MakePanel = Callable[[viser.ClientHandle, bool], Shown]
-"""A viewer's panel, and whether he may control. It adds to the root of `client.gui`."""
+MakePanel = Callable[[viser.ClientHandle, bool, OnMap], Shown]
+"""A viewer's panel; whether he may control; where on the map he clicks. It adds to the root of `client.gui`."""
 
 
 class App:
@@ -87,10 +87,6 @@ class App:
     def viewers(self) -> int:
         """How many browsers watch."""
         return len(self._viewpoints)
-
-    def viewpoint(self, client_id: int) -> Viewpoint | None:
-        """Of that viewer; None before he is there and after he left. It says where on the map he clicked."""
-        return self._viewpoints.get(client_id)
 
     def close(self) -> None:
         """Ends the loop and the server; browsers say that they are disconnected. Twice is once."""
@@ -136,12 +132,17 @@ class App:
             viewpoint.show(self.scene.pose)
             with self._view_tab:
                 ViewControls(client.gui, viewpoint)
-            panel = self._make_panel(client, self._gate.may_control(client)) if self._make_panel else None
+            panel = self._panel_of(client, viewpoint)
             self._viewpoints[client.client_id] = viewpoint
             if panel:
                 self._panels[client.client_id] = panel
         if client.client_id not in self._server.get_clients():
             self._leave(client)
+
+    def _panel_of(self, client: viser.ClientHandle, viewpoint: Viewpoint) -> Shown | None:
+        if self._make_panel is None:
+            return None
+        return self._make_panel(client, self._gate.may_control(client), viewpoint.on_map)
 
     def _leave(self, client: viser.ClientHandle) -> None:
         self._viewpoints.pop(client.client_id, None)
