@@ -6,8 +6,10 @@ import contextlib
 import http.client
 import os
 import socket
+import threading
 import time
 from collections.abc import Iterator
+from typing import Any
 
 import pytest
 
@@ -59,10 +61,9 @@ class House:
 
 
 def house(token: str | None) -> Iterator[House]:
-    gate = Gate("127.0.0.1", 0, token)
-    made: list[House] = []
-    with served(gate, lambda server: made.append(House(gate, server))):
-        yield made[0]
+    gate = Gate(token)
+    with served(gate) as server:
+        yield House(gate, server)
 
 
 @pytest.fixture(scope="module")
@@ -258,44 +259,60 @@ def test_a_viewer_that_sleeps_is_given_up_and_holds_up_nobody(
 
 
 def test_a_taken_port_is_said_and_no_other_is_used(open_house: House) -> None:
-    with (
-        pytest.raises(InputError, match=f"port {open_house.gate.port} is taken"),
-        Gate("127.0.0.1", open_house.gate.port),
-    ):
-        pass
+    with pytest.raises(InputError, match=f"port {open_house.gate.port} is taken"):
+        Gate().open(port=open_house.gate.port)
 
 
 @pytest.mark.parametrize(
-    ("how", "message"),
+    ("where", "message"),
     [
         ({"port": 70000}, "--port: 70000"),
         ({"host": "no.such.host.invalid"}, "--host"),
         ({"host": "192.0.2.1"}, "port 8080 cannot"),
-        ({"token": "short"}, "--token"),
     ],
 )
-def test_what_cannot_be_listened_on_is_one_line(how: dict[str, object], message: str) -> None:
-    with pytest.raises(InputError, match=message), Gate(**how):  # type: ignore[arg-type]
-        pass
+def test_what_cannot_be_listened_on_is_one_line(where: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        Gate().open(**where)
+
+
+def test_a_token_that_is_soon_guessed_is_refused() -> None:
+    with pytest.raises(InputError, match="--token"):
+        Gate("short")
 
 
 def test_on_every_address_there_are_two_tokens_and_a_warning() -> None:
-    gate = Gate("0.0.0.0", 0)
-    with served(gate):
+    gate = Gate()
+    with served(gate, "0.0.0.0"):
         assert not gate.loopback
         assert gate.warning is not None
         assert get(gate)[0] == 403
         cookies = {cookie_from(gate, gate.url), cookie_from(gate, gate.watch_url)}
         assert len(cookies) == 2
-        assert gate.url.startswith("http://") and "0.0.0.0" not in gate.url
+        assert gate.url.startswith("http://")
+        assert "0.0.0.0" not in gate.url
 
 
-def test_who_connects_before_all_is_ready_waits(capfd: pytest.CaptureFixture[str]) -> None:
-    gate = Gate("127.0.0.1", 0)
+def test_who_is_at_the_door_when_it_opens_has_his_role(capfd: pytest.CaptureFixture[str]) -> None:
+    gate = Gate()
+    with served(gate):
+        port = gate.port
     early: list[Viewer] = []
-    with served(gate, lambda _: early.append(Viewer(gate).enter())) as server:
+
+    def knock() -> None:
+        for _ in range(5000):
+            with contextlib.suppress(OSError):
+                early.append(Viewer(gate).enter())
+                return
+
+    knocking = threading.Thread(target=knock)
+    knocking.start()
+    gate = Gate()
+    gate.port = port
+    with served(gate, port=port) as server:
         wait_until(lambda: len(server.get_clients()) == 1)
         assert gate.role(next(iter(server.get_clients()))) is Role.CONTROL
+        knocking.join()
         early[0].close()
     assert capfd.readouterr().out == ""
 

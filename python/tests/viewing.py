@@ -30,13 +30,9 @@ CAMERA = {
 
 
 @contextlib.contextmanager
-def served(gate: Gate, prepare: Callable[[viser.ViserServer], None] | None = None) -> Iterator[viser.ViserServer]:
+def served(gate: Gate, host: str = "127.0.0.1", port: int = 0) -> Iterator[viser.ViserServer]:
     """A server behind a gate."""
-    with gate:
-        server = viser.ViserServer(host=gate.host, port=gate.port, verbose=False)
-        gate.attach(server)
-        if prepare is not None:
-            prepare(server)
+    server = gate.open(host, port)
     try:
         yield server
     finally:

@@ -15,7 +15,6 @@ import sys
 import threading
 from collections.abc import Awaitable, Callable
 from contextvars import ContextVar
-from types import TracebackType
 from typing import Any
 from urllib.parse import parse_qs, quote, urlsplit
 
@@ -40,67 +39,64 @@ _starting = threading.Lock()
 
 
 class Gate:
-    """Listens where it is told and nowhere else, and lets viser start behind it:
+    """Listens where it is told and nowhere else, and lets viser serve behind it.
 
-        with Gate(host, port, token) as gate:
-            server = viser.ViserServer(host=gate.host, port=gate.port, verbose=False)
-            gate.attach(server)
-            ...callbacks of the server...
-
-    Viewers are let in when the block ends. host: a name or address of this machine. port: 0 for any free one. token: of
-    those who may control; without one everybody on this machine may, and for another address one is made up.
+    token: of those who may control; without one everybody on this machine may, and for another address one is made up.
+    Raises InputError.
     """
 
-    def __init__(self, host: str = "127.0.0.1", port: int = 8080, token: str | None = None) -> None:
+    def __init__(self, token: str | None = None) -> None:
         if token is not None and (len(token) < SHORTEST_TOKEN or not token.isprintable()):
             raise InputError(f"--token: expected at least {SHORTEST_TOKEN} printable characters")
-        self.host = host
-        self.port = port
+        self.host = ""
+        self.port = 0
         self.loopback = False
-        self._socket: socket.socket | None = None
         self._given = token
         self._tokens: dict[Role, str] = {}
         self._cookies = {role: secrets.token_urlsafe(24) for role in Role}
         self._roles: dict[int, Role] = {}
-        self._open = threading.Event()
+        self._ready = threading.Event()
         self._live: set[ServerConnection] = set()
-        self._restore = contextlib.ExitStack()
 
-    def __enter__(self) -> Gate:
-        self._socket, self.loopback = _listen(self.host, self.port)
-        self.port = int(self._socket.getsockname()[1])
+    def open(self, host: str = "127.0.0.1", port: int = 8080) -> viser.ViserServer:
+        """The server, once. host: a name or address of this machine. port: 0 for any free one. Raises InputError."""
+        listener, self.loopback = _listen(host, port)
+        self.host, self.port = host, int(listener.getsockname()[1])
         if self._given is not None or not self.loopback:
             control = self._given if self._given is not None else secrets.token_urlsafe(12)
             self._tokens = {Role.CONTROL: control, Role.WATCH: secrets.token_urlsafe(12)}
-        self._restore.enter_context(_starting)
+        try:
+            server = self._start(listener)
+        except BaseException:
+            listener.close()
+            raise
+        self._attach(server)
+        self._ready.set()
+        return server
+
+    def _start(self, listener: socket.socket) -> viser.ViserServer:
         before = websockets.asyncio.server.serve
-        self._restore.callback(setattr, websockets.asyncio.server, "serve", before)
-        self._restore.enter_context(quietly())
 
         def serve(handler: Handler, _host: str, _port: int, *, process_request: Process, **options: Any) -> Any:
             asyncio.get_running_loop().set_exception_handler(_say_what_failed)
             options.update(max_size=MESSAGE_SIZE, max_queue=QUEUE, open_timeout=5.0, logger=Quiet())
             return before(
                 self._guard(handler),
-                sock=self._socket,
+                sock=listener,
                 process_request=self._ask(process_request),
                 create_connection=GuardedConnection,
                 **options,
             )
 
-        websockets.asyncio.server.serve = serve  # type: ignore[assignment, misc]
-        return self
+        with _starting, quietly():
+            websockets.asyncio.server.serve = serve  # type: ignore[assignment, misc]
+            try:
+                return viser.ViserServer(host=self.host, port=self.port, verbose=False)
+            finally:
+                websockets.asyncio.server.serve = before  # type: ignore[misc]
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
-        self._restore.close()
-        if error is not None and self._socket is not None:
-            self._socket.close()
-        self._open.set()
-
-    def attach(self, server: viser.ViserServer) -> None:
-        """Called once, before the server's other callbacks are set: `role` knows its viewers from then on."""
+    def _attach(self, server: viser.ViserServer) -> None:
+        # Before the first viewer is let in, and so before all other callbacks.
 
         @server.on_client_connect
         async def _(client: viser.ClientHandle) -> None:
@@ -113,6 +109,10 @@ class Gate:
     def role(self, client_id: int) -> Role:
         """What this viewer may do; an unknown one may watch."""
         return self._roles.get(client_id, Role.WATCH)
+
+    def may_control(self, client: viser.ClientHandle) -> bool:
+        """Whether that viewer may do more than watch."""
+        return self.role(client.client_id) is Role.CONTROL
 
     @property
     def url(self) -> str:
@@ -146,7 +146,7 @@ class Gate:
             self._live.add(connection)
             _role.set(connection.role if isinstance(connection, GuardedConnection) else Role.WATCH)
             try:
-                while not self._open.is_set():
+                while not self._ready.is_set():
                     await asyncio.sleep(0.01)
                 await handler(connection)
             except ConnectionClosed:
