@@ -65,7 +65,7 @@ def print_tuned(found: dict[str, Any], page: Path) -> None:
     start = found["compared_with"]
     table = Table(title=escape(f"{found['track']}, {found['direction']}: {found['trials']} trials"))
     table.add_column("setup")
-    for heading in ("lap s", f"less than {start['setup']}", "failed on fresh seeds", "smallest clearance m"):
+    for heading in ("lap s", f"less than {start['setup']}", "failed", "clearance m"):
         table.add_column(heading, justify="right", overflow="fold")
     safety = (f"{start['failed']} of {start['races']}", f"{start['clearance']:.2f}")
     table.add_row(start["setup"], f"{start['lap']:.2f}", "", *safety)
