@@ -83,7 +83,16 @@ def test_a_cluster_that_goes_away_leaves_what_was_finished(tmp_path: Path, way: 
 
 def test_a_cluster_that_is_not_there_is_one_clear_line(cli, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(pools, "CONNECT_SECONDS", 0.3)
-    for address in ("nonsense://there:1", "127.0.0.1:notaport", "there", "tcp://:8786", "tcp://a:99999", "", ":", "a:²"):
+    for address in (
+        "nonsense://there:1",
+        "127.0.0.1:notaport",
+        "there",
+        "tcp://:8786",
+        "tcp://a:99999",
+        "",
+        ":",
+        "a:²",
+    ):
         with pytest.raises(InputError, match=r"--cluster .*expected an address like"):
             ClusterPool(address)
     for address in ("tcp://127.0.0.1:9", "127.0.0.1:9"):
