@@ -62,12 +62,12 @@ def plain(trials: list[Trial]) -> list[Trial]:
 
 
 def test_one_worker_two_workers_and_a_resumed_study_find_the_same(oval, tmp_path: Path):
-    file, trials = tmp_path / "a.db", 10
+    file, trials = tmp_path / "a.db", 8
     alone = plain(found(oval, file, trials))
     assert [trial.number for trial in alone] == list(range(trials))
     assert [trial.start for trial in alone[:2]] == ["base", ""]
     assert plain(found(oval, file, trials, workers=2, name="b")) == alone
-    found(oval, file, 7, name="c")
+    found(oval, file, 6, name="c")
     assert plain(found(oval, file, trials, name="c")) == alone
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -30,6 +31,7 @@ from firstlap.cli.recording import (
 )
 from firstlap.output import LOGS, check_writable
 from firstlap.setup_file import LOCAL, choose_setup
+from firstlap.text import UNKNOWN, counted, short_name
 
 
 def replay(
@@ -101,7 +103,9 @@ def _print(found: dict[str, Any], plot: Path | None, record: Path | None) -> Non
     for remark in found["remarks"]:
         note(remark)
     out = console()
-    table = Table(title=escape(f"{found['recording']}: {found['scans']} scans, {found['seconds']:.1f} s"))
+    table = Table(
+        title=escape(f"{short_name(found['recording'])}: {counted(found['scans'], 'scan')}, {found['seconds']:.1f} s")
+    )
     table.add_column("", overflow="fold")
     drives = [found, *([found["against"]] if "against" in found else [])]
     for drive in drives:
@@ -138,19 +142,27 @@ def _rows(drives: list[dict[str, Any]]) -> list[tuple[str, list[str]]]:
 
 
 def _percents(found: dict[str, float | None]) -> str:
+    if all(value is None for value in found.values()):
+        return UNKNOWN
     return ", ".join(_percent(value) for value in found.values())
 
 
 def _difference(found: dict[str, Any]) -> str:
     return (
-        f"wheel angle off by {_values(found['steering_angle'], ('median', 'p95'), 3, 'rad')}, "
+        f"wheel angle off by {_values(_degrees(found['steering_angle']), ('median', 'p95'), 1, '°')}, "
         f"speed by {_values(found['speed'], ('median', 'p95'), 2, 'm/s')} (median, 95 %)"
     )
 
 
 def _percent(value: float | None) -> str:
-    return "-" if value is None else f"{100.0 * value:.1f} %"
+    return UNKNOWN if value is None else f"{100.0 * value:.1f} %"
+
+
+def _degrees(found: dict[str, Any]) -> dict[str, Any]:
+    return {name: None if value is None else math.degrees(value) for name, value in found.items()}
 
 
 def _values(found: dict[str, Any], names: tuple[str, ...], digits: int, unit: str) -> str:
-    return ", ".join("-" if found[name] is None else f"{found[name]:.{digits}f}" for name in names) + f" {unit}"
+    if all(found[name] is None for name in names):
+        return UNKNOWN
+    return ", ".join(UNKNOWN if found[name] is None else f"{found[name]:.{digits}f}" for name in names) + f" {unit}"
