@@ -28,7 +28,7 @@ from firstlap.view.lap_table import LapTable, table_of
 from firstlap.view.layers import LAYERS, MIDDLE, RETURNS
 from firstlap.view.map_shapes import best_of
 from firstlap.view.opponents import draw
-from firstlap.view.plots import PLOTS, SECONDS, STEPS, History, Plots, head_of
+from firstlap.view.plots import PLOTS, SECONDS, STEPS, History, Plots, drawable, head_of
 from firstlap.view.scene import Scene
 from firstlap.view.shapes import compose, inverse
 from firstlap.view.status import scale_of, status_of
@@ -217,8 +217,12 @@ def test_without_a_track_there_is_ground_to_drive_on(server: viser.ViserServer, 
     server.scene.reset()
     scene = Scene(server, Scenery(), load_car("default"))
     scene.show(replace(frames["local"], pose=None))
-    assert shown(server, "/map/ground/metres")
+    ground = shown(server, "/map/ground/metres")
     assert shown(server, "/map/walls/seen") is None
+    scene.show(replace(frames["local"], pose=(100.0, -30.0, 0.0)))
+    low, high = ground.points[..., :2].min(axis=(0, 1)), ground.points[..., :2].max(axis=(0, 1))
+    assert (low + ground.position[:2] < [85.0, -45.0]).all()
+    assert (high + ground.position[:2] > [115.0, -15.0]).all()
 
 
 # Laps.
@@ -315,6 +319,21 @@ def test_plots_show_nothing_for_the_time_before_there_was_anything(frames: dict[
     assert np.isfinite(speed).sum() == 1 + (STEPS - 1) // int(SECONDS)
     history.add(replace(frames["local"], time=3.0))  # the recording was wound back
     assert np.isfinite(history.sampled()[1][:, 2]).sum() == 1
+
+
+def test_a_plot_is_given_numbers_only() -> None:
+    ago, nothing = np.linspace(-SECONDS, 0.0, STEPS), np.full((STEPS, 3), np.nan)
+    assert all(np.isfinite(column).all() for column in drawable(ago, nothing))
+    late = nothing.copy()
+    late[150:, 0] = np.arange(STEPS - 150)
+    late[160:170, 0] = np.nan
+    seconds, first, second, third = drawable(ago, late)
+    assert seconds[0] == seconds[150] == ago[150]
+    assert seconds[-1] == 0.0
+    assert (first[:151] == 0.0).all()
+    assert (first[160:170] == 9.0).all()
+    assert (second == first).all()
+    assert (third == first).all()
 
 
 def test_the_terms_of_the_steering_are_plotted_in_degrees(frames: dict[str, Frame]) -> None:

@@ -14,7 +14,7 @@ from firstlap.view.car_shape import CarShape
 from firstlap.view.frame import Frame, Points, Pose, Scenery
 from firstlap.view.layers import BEFORE, CAR, LAYERS, MAP
 from firstlap.view.local_shapes import LocalShapes, points_of_path
-from firstlap.view.map_shapes import LapLines, draw_scenery
+from firstlap.view.map_shapes import Ground, LapLines, draw_walls
 from firstlap.view.opponent_shapes import OpponentShapes
 from firstlap.view.opponents import draw
 from firstlap.view.pens import Sheet, Strokes
@@ -33,14 +33,15 @@ class Scene:
         self._server = server
         self._geometry = geometry
         self.top = SLOWEST_TOP
-        """[m/s] where the colours of planned speeds end: grows to whole numbers with what is planned."""
+        """[m/s] where the colours of planned speeds end: a whole number that grows with what is planned."""
         self._car = api.add_frame(CAR, show_axes=False)
         api.add_frame(MAP, show_axes=False)
         for layer in LAYERS:
             api.add_frame(layer.node, show_axes=False)
         _light(api)
         still = Sheet(api)
-        draw_scenery(still, scenery)
+        self._ground = Ground(still, scenery)
+        draw_walls(still, scenery)
         self._laps = LapLines(still)
         self._body = CarShape(still, geometry)
         self._sheet = Sheet(api)
@@ -64,6 +65,7 @@ class Scene:
             self._others.show(frame.driver, frame.trace, self.top)
             self._body.show(frame.steering_angle, commanded(frame)[1])
             self._laps.show(frame.laps)
+            self._ground.show(self.pose)
             self._before.show(chain(self._path_before(frame), 0.03))
 
     def _path_before(self, frame: Frame) -> Points:
