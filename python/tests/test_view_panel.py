@@ -22,7 +22,8 @@ from firstlap.errors import InputError
 from firstlap.parameters import Field
 from firstlap.setup_file import load_setup
 from firstlap.view import knobs
-from firstlap.view.drive_shown import heading_along, on_ground
+from firstlap.view.camera import on_ground
+from firstlap.view.drive_shown import heading_along
 from firstlap.view.gate import Gate
 from firstlap.view.panel import Panel, WatchPanel
 from firstlap.view.rules_shown import rules_html

@@ -191,8 +191,8 @@ def _serve(source: Source, host: str, port: int, token: str | None, open_browser
     from firstlap.view.gate import Gate
     from firstlap.view.panel import Panel, WatchPanel
 
-    def panel(client: Any, may_control: bool) -> Any:
-        return Panel(client, source) if may_control else WatchPanel(client, source)
+    def panel(client: Any, may_control: bool, on_map: Any) -> Any:
+        return Panel(client, source, on_map=on_map) if may_control else WatchPanel(client, source)
 
     gate, app = Gate(token), None
     try:

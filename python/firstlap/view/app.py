@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 import json
-import logging
+import sys
 import threading
 import time
 import warnings
 from collections import deque
 from collections.abc import Callable
-from contextlib import suppress
 from typing import Protocol
 
-import rich
 import viser
 from viser import _messages
 
 from firstlap.colours import PATH, rgb
-from firstlap.view.camera import ViewControls, Viewpoint, first_look
+from firstlap.view.camera import OnMap, ViewControls, Viewpoint, first_look
 from firstlap.view.frame import Frame
+from firstlap.view.gate import Gate, quietly
 from firstlap.view.lap_table import LapTable
 from firstlap.view.plots import Plots
 from firstlap.view.scene import Scene
@@ -39,47 +38,14 @@ class Shown(Protocol):
     """What a viewer's panel is to the app."""
 
     def update(self, frame: Frame) -> None:
-        """Shows what of the frame belongs there. Called as often as plots are."""
+        """Shows what of the frame belongs there. Called as often as plots are drawn."""
+
+    def close(self) -> None:
+        """The viewer has gone."""
 
 
-MakePanel = Callable[[viser.ClientHandle, bool], Shown]
-"""A viewer's panel, and whether he may control. It adds to `client.gui`, which stands in a tab of its own then."""
-
-
-class Gate(Protocol):
-    """Who may come in, and who may control."""
-
-    def open(self, host: str, port: int) -> viser.ViserServer:
-        """A server that nobody gets past the gate of."""
-
-    def may_control(self, client: viser.ClientHandle) -> bool:
-        """Whether that viewer may do more than watch."""
-
-
-class OpenGate:
-    """Everybody may do everything."""
-
-    def open(self, host: str, port: int) -> viser.ViserServer:
-        """A plain server."""
-        return viser.ViserServer(host=host, port=port, verbose=False)
-
-    def may_control(self, client: viser.ClientHandle) -> bool:
-        """Yes."""
-        return True
-
-
-class _Viewer:
-    """What one browser has of its own. A reload is another viewer."""
-
-    def __init__(self, client: viser.ClientHandle, source: Source, panel: MakePanel | None, may_control: bool) -> None:
-        self.viewpoint = Viewpoint(client, source.scenery)
-        self.panel: Shown | None = None
-        tabs = client.gui.add_tab_group()
-        if panel:
-            with tabs.add_tab("Control" if may_control else "Watch"):
-                self.panel = panel(client, may_control)
-        with tabs.add_tab("View"):
-            ViewControls(client.gui, self.viewpoint)
+MakePanel = Callable[[viser.ClientHandle, bool, OnMap], Shown]
+"""A viewer's panel; whether he may control; where on the map he clicks. It adds to the root of `client.gui`."""
 
 
 class App:
@@ -90,22 +56,17 @@ class App:
         self._server = server
         self._gate = gate
         self._make_panel = panel
-        self._viewers: dict[int, _Viewer] = {}
+        self._entering = threading.Lock()
+        self._viewpoints: dict[int, Viewpoint] = {}
+        self._panels: dict[int, Shown] = {}
         self._moments: deque[float] = deque(maxlen=int(COUNTED * FASTEST) + 8)
         self._done = threading.Event()
         self._last: Frame | None = None
         self._written = 0.0
+        self._trouble = ""
         self._dress()
         self.scene = Scene(server, source.scenery, source.car)
-        self._status = StatusLine(server.gui)
-        side = server.gui.add_panel()
-        with side.add_tab("Laps and plots"):
-            self._table = LapTable(server.gui)
-            self._plots = Plots(server.gui)
-        side.dock_left()
-        side.set_width(LEFT_WIDTH)
-        server.gui.main_panel.dock_right()
-        server.gui.main_panel.set_width(RIGHT_WIDTH)
+        self._build()
         server.on_client_disconnect(self._leave)
         server.on_client_connect(self._enter)
         self._loop = threading.Thread(target=self._run, name="pit wall", daemon=True)
@@ -125,12 +86,7 @@ class App:
     @property
     def viewers(self) -> int:
         """How many browsers watch."""
-        return len(self._viewers)
-
-    def viewpoint(self, client_id: int) -> Viewpoint | None:
-        """Of that viewer; None before he is there and after he left. Says where on the map he clicked."""
-        viewer = self._viewers.get(client_id)
-        return viewer.viewpoint if viewer else None
+        return len(self._viewpoints)
 
     def close(self) -> None:
         """Ends the loop and the server; browsers say that they are disconnected. Twice is once."""
@@ -138,12 +94,12 @@ class App:
             return
         self._done.set()
         self._loop.join()
-        said = rich.get_console()
-        before, said.quiet = said.quiet, True
-        try:
+        for panel in tuple(self._panels.values()):
+            panel.close()
+        with quietly():
             self._server.stop()
-        finally:
-            said.quiet = before
+
+    # What there is.
 
     def _dress(self) -> None:
         gui, title = self._server.gui, f"firstlap — {self._source.title}"
@@ -155,16 +111,44 @@ class App:
         self._server.scene.world_axes.visible = False
         first_look(self._server)
 
-    # Viewers come and go.
+    def _build(self) -> None:
+        gui = self._server.gui
+        self._status = StatusLine(gui)
+        side = gui.add_panel()
+        with side.add_tab("Laps and plots", viser.Icon.CHART_LINE):
+            self._table = LapTable(gui)
+            self._plots = Plots(gui)
+        self._view_tab = side.add_tab("View", viser.Icon.EYE)
+        side.dock_left()
+        side.set_width(LEFT_WIDTH)
+        gui.main_panel.dock_right()
+        gui.main_panel.set_width(RIGHT_WIDTH)
+
+    # Viewers come and go; a reload is another viewer.
 
     def _enter(self, client: viser.ClientHandle) -> None:
-        with suppress(RuntimeError):  # gone again meanwhile
-            self._viewers[client.client_id] = _Viewer(
-                client, self._source, self._make_panel, self._gate.may_control(client)
-            )
+        with self._entering:
+            viewpoint = Viewpoint(client, self._source.scenery)
+            viewpoint.show(self.scene.pose)
+            with self._view_tab:
+                ViewControls(client.gui, viewpoint)
+            panel = self._panel_of(client, viewpoint)
+            self._viewpoints[client.client_id] = viewpoint
+            if panel:
+                self._panels[client.client_id] = panel
+        if client.client_id not in self._server.get_clients():
+            self._leave(client)
+
+    def _panel_of(self, client: viser.ClientHandle, viewpoint: Viewpoint) -> Shown | None:
+        if self._make_panel is None:
+            return None
+        return self._make_panel(client, self._gate.may_control(client), viewpoint.on_map)
 
     def _leave(self, client: viser.ClientHandle) -> None:
-        self._viewers.pop(client.client_id, None)
+        self._viewpoints.pop(client.client_id, None)
+        panel = self._panels.pop(client.client_id, None)
+        if panel:
+            panel.close()
 
     # Frames.
 
@@ -172,31 +156,39 @@ class App:
         due = time.monotonic()
         while not self._done.wait(max(0.0, due - time.monotonic())):
             due = max(due + 1.0 / FASTEST, time.monotonic())
-            frame = self._source.latest()
-            if frame is None:
-                continue
-            if self._last is None or frame.number != self._last.number:
-                self._show(frame)
-            if time.monotonic() - self._written >= 1.0 / PLOTTED:
-                self._write(frame)
+            try:
+                self._look()
+            except Exception as error:
+                self._say(f"{type(error).__name__}: {error}")
 
-    def _show(self, frame: Frame) -> None:
-        self._last = frame
-        self.scene.show(frame)
-        self._plots.add(frame)
-        for viewer in tuple(self._viewers.values()):
-            viewer.viewpoint.show(self.scene.pose)
-        self._moments.append(time.monotonic())
+    def _look(self) -> None:
+        frame = self._source.latest()
+        if frame is None:
+            return
+        if self._last is None or frame.number != self._last.number:
+            self._last = frame
+            self.scene.show(frame)
+            self._plots.add(frame)
+            for viewpoint in tuple(self._viewpoints.values()):
+                viewpoint.show(self.scene.pose)
+            self._moments.append(time.monotonic())
+        if time.monotonic() - self._written >= 1.0 / PLOTTED:
+            self._written = time.monotonic()
+            self._write(frame)
 
     def _write(self, frame: Frame) -> None:
-        self._written = time.monotonic()
         with self._server.atomic():
             self._status.show(frame, self._source.setup.title, self.updates, self.scene.top)
             self._table.show(frame)
             self._plots.draw(frame)
-        for viewer in tuple(self._viewers.values()):
-            if viewer.panel:
-                viewer.panel.update(frame)
+        for panel in tuple(self._panels.values()):
+            panel.update(frame)
+
+    def _say(self, trouble: str) -> None:
+        """A frame that cannot be shown is said once, and the next one is shown."""
+        if trouble != self._trouble:
+            self._trouble = trouble
+            print(f"view: {' '.join(trouble.split())[:200]}", file=sys.stderr)
 
 
 def serve(
@@ -207,12 +199,11 @@ def serve(
     gate: Gate | None = None,
     panel: MakePanel | None = None,
 ) -> App:
-    """Shows a source that was started. The next free port is taken, `App.port`; 0 is any.
+    """Shows a source that was started; `App.port` says where. Raises InputError, as `Gate.open` does.
 
     panel: makes each viewer's controls; without it everybody only watches.
     """
     # What is sent to a browser that has just gone is lost, and that is all right.
     warnings.filterwarnings("ignore", message=r"Queued a \w+ on a closed connection")
-    logging.getLogger("websockets").setLevel(logging.CRITICAL)
-    gate = gate or OpenGate()
+    gate = gate or Gate()
     return App(source, gate.open(host, port), gate, panel)

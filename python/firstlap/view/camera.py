@@ -8,11 +8,13 @@ no viewer changes what another one sees.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from threading import RLock
 
 import numpy as np
 import viser
 
+from firstlap.view.desk import assign
 from firstlap.view.frame import Points, Pose, Scenery
 from firstlap.view.layers import CAR, LAYERS, MAP, Layer
 from firstlap.view.shapes import about_z, compose, inverse
@@ -20,7 +22,7 @@ from firstlap.view.shapes import about_z, compose, inverse
 FREE, FOLLOW, TURN = "Free", "Follow", "Follow and turn"
 MODES = (FREE, FOLLOW, TURN)
 FIELD_OF_VIEW = math.radians(40.0)
-HEIGHT = 13.0
+HEIGHT = 14.0
 """[m] of the camera over the ground, to begin with."""
 AHEAD = 2.0
 """[m] by which it looks ahead of a car that always points upwards."""
@@ -29,6 +31,7 @@ TILT = 1e-3
 NO_TRACK = 10.0
 """[m] around the car that an overview shows where no track is known."""
 HINT = "drag to turn, right button to move, wheel to zoom: in every mode"
+Ray = tuple[float, float, float]
 ORIGIN: Pose = (0.0, 0.0, 0.0)
 
 
@@ -38,6 +41,18 @@ def first_look(server: viser.ViserServer) -> None:
     camera.fov = FIELD_OF_VIEW
     camera.position = (AHEAD - TILT, 0.0, HEIGHT)
     camera.look_at = (AHEAD, 0.0, 0.0)
+
+
+OnMap = Callable[[Ray, Ray], "tuple[float, float] | None"]
+"""x, y [m] in the map frame of the ground that a `SceneClickEvent`'s ray meets: from its origin and direction."""
+
+
+def on_ground(origin: Ray, direction: Ray) -> tuple[float, float] | None:
+    """Where a ray [m] meets z = 0; None where it does not."""
+    if not direction[2] or (along := -origin[2] / direction[2]) <= 0.0:
+        return None
+    x, y = origin[0] + along * direction[0], origin[1] + along * direction[1]
+    return (x, y) if math.isfinite(x) and math.isfinite(y) else None
 
 
 class Viewpoint:
@@ -92,14 +107,10 @@ class Viewpoint:
         """Hides a layer, or shows it again."""
         self._layers[layer.node].visible = not hidden
 
-    def on_map(self, origin: tuple[float, float, float], ray: tuple[float, float, float]) -> tuple[float, float] | None:
-        """x, y [m] of the ground in the map frame where a viewer clicked, from a `SceneClickEvent`'s ray; None beside
-        the ground."""
-        if ray[2] * origin[2] >= 0.0:
-            return None
-        far = -origin[2] / ray[2]
-        x, y, _ = compose(inverse(self._map_at), (origin[0] + far * ray[0], origin[1] + far * ray[1], 0.0))
-        return x, y
+    def on_map(self, origin: Ray, direction: Ray) -> tuple[float, float] | None:
+        """As `OnMap`; what this viewer sees may have been moved under his camera."""
+        spot = on_ground(origin, direction)
+        return None if spot is None else compose(inverse(self._map_at), (*spot, 0.0))[:2]
 
     def _map_wanted(self) -> Pose:
         if self.mode == FREE:
@@ -137,7 +148,7 @@ class ViewControls:
 
         @overview.on_click
         def _(_event: object) -> None:
-            mode.value = FREE
+            assign(mode, "value", FREE)
             viewpoint.overview()
 
         self.toggles = LayerToggles(gui, viewpoint)

@@ -12,6 +12,7 @@ import viser
 from viser import Icon
 
 from firstlap.colours import BAD, GOOD
+from firstlap.view.camera import OnMap
 from firstlap.view.desk import Desk, assign
 from firstlap.view.frame import Frame, Points, Pose
 from firstlap.view.source import Drives, Simulates
@@ -77,10 +78,11 @@ class DriveShown:
 class PlaceShown:
     """The car put down by hand; in the container that is open."""
 
-    def __init__(self, desk: Desk, source: Simulates, centerline: Points) -> None:
+    def __init__(self, desk: Desk, source: Simulates, centerline: Points, on_map: OnMap) -> None:
         self._desk = desk
         self._source = source
         self._centerline = centerline
+        self._on_map = on_map
         self._armed = False
         self._last: Pose | None = None
         self._now: Pose | None = None
@@ -117,7 +119,7 @@ class PlaceShown:
 
     def _put(self, origin: tuple[float, float, float], direction: tuple[float, float, float]) -> None:
         with self._desk.lock:
-            spot = on_ground(origin, direction)
+            spot = self._on_map(origin, direction)
             if not self._armed or spot is None:
                 return
             self._disarm()
@@ -145,14 +147,6 @@ class StateShown:
         state, colour = ("driving", GOOD) if frame.going else ("STOPPED", BAD)
         why = "" if frame.going else escape(frame.said)
         assign(self._html, "content", STATE.format(state=state, colour=colour, why=why))
-
-
-def on_ground(origin: tuple[float, float, float], direction: tuple[float, float, float]) -> tuple[float, float] | None:
-    """Where a ray [m] meets z = 0; None where it does not."""
-    if not direction[2] or (along := -origin[2] / direction[2]) <= 0.0:
-        return None
-    x, y = origin[0] + along * direction[0], origin[1] + along * direction[1]
-    return (x, y) if math.isfinite(x) and math.isfinite(y) else None
 
 
 def heading_along(line: Points, spot: tuple[float, float], otherwise: float) -> float:

@@ -16,6 +16,8 @@ WALL_HEIGHT = 0.12
 """[m] as drawn; every wall is as high as the LiDAR's plane, or lower where it is not seen."""
 UNKNOWN = 40.0
 """[m] of ground to every side where no track is known."""
+AROUND = 12.0
+"""[m] of ground around a known track."""
 SHOWN_LAPS = 5
 
 
@@ -24,12 +26,12 @@ def draw_scenery(sheet: Sheet, scenery: Scenery) -> None:
     bounds = scenery.bounds()
     low, high = bounds if bounds else (np.full(2, -UNKNOWN), np.full(2, UNKNOWN))
     for name, every, colour in (("metres", 1, rgb(GRID, 0.25)), ("five_metres", 5, rgb(GRID))):
-        Strokes(sheet, f"{GROUND.node}/{name}", colour, 1.0).show(_grid(low - 5.0, high + 5.0, every))
+        Strokes(sheet, f"{GROUND.node}/{name}", colour, 1.0).show(_grid(low - AROUND, high + AROUND, every))
     seen = [wall for wall, visible in zip(scenery.walls, scenery.visible, strict=True) if visible and len(wall) > 1]
     low_ones = [wall for wall, visible in zip(scenery.walls, scenery.visible, strict=True) if not visible]
     if seen:
         Solid(sheet, f"{WALLS.node}/fence", merged([fence(wall, WALL_HEIGHT) for wall in seen]), rgb(WALL))
-    Strokes(sheet, f"{WALLS.node}/seen", rgb(INK), 2.0).show(_all([chain(wall, WALL_HEIGHT) for wall in seen]))
+    Strokes(sheet, f"{WALLS.node}/seen", rgb(INK), 2.0).show(_all([chain(wall, 0.006) for wall in seen]))
     unseen = _all([dashed(wall, 0.01, 0.12, 0.1) for wall in low_ones])
     Strokes(sheet, f"{WALLS.node}/unseen", rgb(FAINT), 2.0).show(unseen)
     middle = scenery.centerline

@@ -11,9 +11,12 @@ from firstlap.colours import BAD, FREE, INK, LEFT, RETURN, RIGHT, rgb
 from firstlap.colours import LINE as LINE_COLOUR
 from firstlap.colours import PATH as PATH_COLOUR
 from firstlap.view.layers import AIM, KNOWN, LINE, PATH, RETURNS
-from firstlap.view.opponents import ABOVE, draw
-from firstlap.view.pens import Cloud, Fan, Sheet, Solid, SpeedLine, Strokes
-from firstlap.view.shapes import chain, ring
+from firstlap.view.opponents import ABOVE, NO_LINES, draw
+from firstlap.view.pens import Cloud, Fan, Sheet, SpeedLine, Strokes
+from firstlap.view.shapes import chain, circle
+
+RING = 0.12
+"""[m] Radius of the ring around an aim."""
 
 
 class OpponentShapes:
@@ -29,7 +32,7 @@ class OpponentShapes:
         self._chosen = Fan(sheet, f"{AIM.node}/chosen", rgb(FREE), 0.18, 0.004)
         self._trouble = Cloud(sheet, f"{AIM.node}/trouble", rgb(BAD), 0.11, 0.04)
         self._aim = Strokes(sheet, f"{AIM.node}/ray", rgb(PATH_COLOUR), 2.5)
-        self._goal = Solid(sheet, f"{AIM.node}/goal", ring(0.10, 0.135), rgb(PATH_COLOUR), visible=False)
+        self._goal = Strokes(sheet, f"{AIM.node}/goal", rgb(PATH_COLOUR), 3.0)
         self._arc = Strokes(sheet, f"{AIM.node}/arc", rgb(INK), 2.0)
         self._wanted = Strokes(sheet, f"{AIM.node}/wanted", rgb(BAD), 2.0)
         self._left = Strokes(sheet, f"{AIM.node}/left", rgb(LEFT), 2.0)
@@ -48,19 +51,11 @@ class OpponentShapes:
         self._chosen.show(self._laser, drawing.chosen)
         self._trouble.show(drawing.trouble)
         self._aim.show(chain(drawing.aim, ABOVE))
-        if len(drawing.aim):
-            self._goal.show(float(drawing.aim[-1, 0]), float(drawing.aim[-1, 1]), ABOVE, 0.0)
-        else:
-            self._goal.hide()
+        self._goal.show(circle(drawing.aim[-1], RING, ABOVE) if len(drawing.aim) else NO_LINES)
         self._arc.show(chain(drawing.arc, ABOVE))
         self._wanted.show(chain(drawing.wanted, ABOVE))
         self._left.show(drawing.left)
         self._right.show(drawing.right)
-        self._spread.show(chain(_circle(drawing.spread), ABOVE))
+        self._spread.show(circle(np.zeros(2), drawing.spread, 2.0 * ABOVE) if drawing.spread else NO_LINES)
         self._outlines.show(drawing.outlines)
         self._plan.show(drawing.plan, drawing.plan_speed, top)
-
-
-def _circle(radius: float) -> np.ndarray:
-    angle = np.linspace(0.0, 2.0 * np.pi, 33 if radius > 0.0 else 0)
-    return radius * np.column_stack([np.cos(angle), np.sin(angle)])

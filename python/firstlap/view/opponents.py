@@ -1,4 +1,4 @@
-"""What the other drivers saw and chose, as drawings from their traces (cpp/firstlap/drivers, global_driver/trace.py)."""
+"""What the other drivers saw and chose, drawn from their traces (cpp/firstlap/drivers, global_driver/trace.py)."""
 
 from __future__ import annotations
 

@@ -13,6 +13,7 @@ from firstlap.errors import InputError
 from firstlap.parameters import Value
 from firstlap.setup_file import Setup
 from firstlap.tuning.space import usual
+from firstlap.view.camera import OnMap, on_ground
 from firstlap.view.desk import Desk
 from firstlap.view.drive_shown import DriveShown, PlaceShown, StateShown
 from firstlap.view.frame import Frame
@@ -36,9 +37,12 @@ class AnyPanel(Protocol):
 class Panel:
     """All controls, for a viewer who may control. folder: where setups are saved."""
 
-    def __init__(self, client: viser.ClientHandle, source: Source, folder: Path | None = None) -> None:
+    def __init__(
+        self, client: viser.ClientHandle, source: Source, folder: Path | None = None, on_map: OnMap = on_ground
+    ) -> None:
         self._desk = Desk(client)
         self._source = source
+        self._on_map = on_map
         self._seen: Setup | None = None
         self._closed = False
         self._updates: list[Callable[[Frame], None]] = []
@@ -96,7 +100,7 @@ class Panel:
             return None
         table = source.conditions
         with self._tabs.add_tab("Simulator"):
-            place = PlaceShown(self._desk, source, source.scenery.centerline)
+            place = PlaceShown(self._desk, source, source.scenery.centerline, self._on_map)
             self._updates.append(place.update)
             return KnobBoard(
                 self._desk,

@@ -110,7 +110,7 @@ class SpeedLine:
         seen = len(points) >= 2 and len(points) == len(speed)
         if seen:
             self._handle.points = self._sheet.placed(chain(resampled(points, self.PIECES + 1), self._height))
-            colours = speed_colours(resampled(speed, self.PIECES + 1), top)
+            colours = _linear(speed_colours(resampled(speed, self.PIECES + 1), top))
             self._handle.colors = np.stack([colours[:-1], colours[1:]], axis=1)
         self._handle.visible = seen
 
@@ -158,6 +158,11 @@ def speed_colours(speed: npt.NDArray[np.float64], top: float) -> npt.NDArray[np.
 
     table = colormaps[SPEED_MAP](np.clip(speed / max(top, 1e-6), 0.0, 1.0), bytes=True)
     return np.asarray(table[:, :3])
+
+
+def _linear(colours: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
+    """As viser's lines take colours by point: light, where everything else takes what a screen is sent."""
+    return np.rint(255.0 * (colours / 255.0) ** 2.2).astype(np.uint8)
 
 
 def _mesh(

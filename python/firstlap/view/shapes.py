@@ -93,6 +93,21 @@ def filled_up(points: Vertices, step: int) -> Vertices:
     return np.vstack([points, np.repeat(points[-1:], missing, axis=0)]) if missing else points
 
 
+def circle(middle: Points, radius: float, height: float) -> Segments:
+    """A ring of lines around a point (2,)."""
+    angle = np.linspace(0.0, 2.0 * math.pi, 33)
+    return chain(middle + radius * np.column_stack([np.cos(angle), np.sin(angle)]), height)
+
+
+def pointer(begin: Points, yaw: float, length: float, height: float) -> Segments:
+    """An arrow of lines from a point (2,)."""
+    c, s = math.cos(yaw), math.sin(yaw)
+    tip = 0.25 * length
+    corners = np.array([[0.0, 0.0], [length, 0.0], [length - tip, 0.6 * tip], [length - tip, -0.6 * tip]])
+    turned = corners @ np.array([[c, s], [-s, c]]) + begin
+    return joined(turned[[0, 2, 3]], turned[[1, 1, 1]], height)
+
+
 def about_z(yaw: float) -> Quaternion:
     """w, x, y, z of a turn by `yaw` [rad]."""
     return math.cos(0.5 * yaw), 0.0, 0.0, math.sin(0.5 * yaw)
@@ -136,15 +151,6 @@ def fence(points: Points, height: float) -> Mesh:
     vertices = np.vstack([raised(points, 0.0), raised(points, height)])
     faces = [face for i in range(n - 1) for face in _wall(i, i + 1, n)]
     return vertices, np.array(faces, dtype=np.uint32).reshape(-1, 3)
-
-
-def ring(inner: float, outer: float, corners: int = 40) -> Mesh:
-    """A flat ring around the origin."""
-    angle = np.linspace(0.0, 2.0 * math.pi, corners, endpoint=False)
-    circle = np.column_stack([np.cos(angle), np.sin(angle)])
-    vertices = np.vstack([raised(inner * circle, 0.0), raised(outer * circle, 0.0)])
-    faces = [face for i in range(corners) for face in _wall((i + 1) % corners, i, corners)]
-    return vertices, np.array(faces, dtype=np.uint32)
 
 
 def disc(radius: float, height: float = 0.0, corners: int = 24) -> Mesh:

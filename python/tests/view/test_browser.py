@@ -38,8 +38,8 @@ WAIT = 15.0
 def wall(source: Source, token: str | None = None) -> tuple[Gate, App]:
     """As `firstlap view` puts it together."""
 
-    def panel(client: Any, may_control: bool) -> Any:
-        return Panel(client, source) if may_control else WatchPanel(client, source)
+    def panel(client: Any, may_control: bool, on_map: Any) -> Any:
+        return Panel(client, source, on_map=on_map) if may_control else WatchPanel(client, source)
 
     gate = Gate(token)
     return gate, serve(source, port=0, gate=gate, panel=panel)
