@@ -31,20 +31,24 @@ LOST = 0.5
 LOOK = 0.1
 """[s] between two looks at whether everybody is still there."""
 FIRST = 5.0
-"""[s] that `start` waits for the driving node to say what it drives with."""
+"""[s]"""
 UNKNOWN = "sure"
 """The setup that is shown as long as no driving node has said its own."""
 
 
 class RosSource:
     """A `Source` that `Drives`. arguments: for ROS, as `ros_arguments` makes them. node: of the driver.
+    patience: [s] that `start` waits for that node to say what it drives with.
 
     `close` leaves the car as it is: it is not ours. One that was stopped here stays stopped.
     """
 
-    def __init__(self, arguments: list[str] | None = None, node: str = NODE, domain: int | None = None) -> None:
+    def __init__(
+        self, arguments: list[str] | None = None, node: str = NODE, domain: int | None = None, patience: float = FIRST
+    ) -> None:
         self._link = CarLink(arguments or ["--ros-args"], node, domain)
         self.title = node
+        self._patience = patience
         self.car: Car = load_car("default")
         self.scenery = Scenery()
         self._setup = self._loaded = load_setup(UNKNOWN)
@@ -69,7 +73,7 @@ class RosSource:
         self._began = time.monotonic()
         self._link.start(self._build, self._look, LOOK)
         self.title = f"{self._link.path} over ROS 2"
-        self._known.wait(FIRST)
+        self._known.wait(self._patience)
 
     def close(self) -> None:
         """Leaves."""

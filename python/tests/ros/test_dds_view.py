@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
+import re
 import signal
 import threading
-import time
 from collections.abc import Callable, Iterator
-from pathlib import Path
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
 import pytest
 import shapely
 from lifecycle_msgs.msg import Transition
-from nav_msgs.msg import Odometry
-from probe import STALL
 
 import firstlap
 from firstlap.errors import InputError
@@ -24,14 +22,11 @@ from firstlap.view.source import Drives
 
 pytestmark = pytest.mark.dds
 
-LIMIT = 0.3
-Wait = Callable[[Callable[[Frame], Any], str], Frame]
-
 
 @pytest.fixture(scope="module")
-def watched(shared_lab: Any) -> Iterator[RosSource]:
+def watched(lapping_lab: Any) -> Iterator[RosSource]:
     """The car that laps, watched."""
-    source = RosSource(domain=shared_lab.domain)
+    source = RosSource(domain=lapping_lab.domain)
     source.start()
     yield source
     source.close()
@@ -57,10 +52,8 @@ def drives(lab: Any, source: RosSource) -> Frame:
 
     def going(frame: Frame) -> bool:
         if not frame.going:
-            try:
+            with suppress(InputError):
                 source.go()
-            except InputError:
-                return False
         return bool(frame.going and "path" in frame.trace and frame.speed > 0.5)
 
     return frame_when(lab, source, going, "a frame of a car that drives")
@@ -130,13 +123,7 @@ def test_a_whole_setup_is_chosen_and_one_of_another_driver_says_how(watched: Ros
 def test_stop_stops_the_car_within_the_limit_and_only_go_lets_it_drive(shared_lab: Any, watched: RosSource) -> None:
     lab = shared_lab
     drives(lab, watched)
-    heard = lab.probe.commands["/drive"]
-    lab.probe.stalled = 0.0
-    since = time.monotonic()
-    watched.stop()
-    lab.until(lambda: heard[-1].time >= since and heard[-1].speed == 0.0, "a stop")
-    late = next(one.time for one in heard if one.time >= since and one.speed == 0.0) - since
-    assert late <= LIMIT + max(lab.probe.stalled - STALL, 0.0)
+    lab.stops_in_time(watched.stop, known=True)
     frame = frame_when(lab, watched, lambda one: not one.going, "a frame of the stop")
     assert "emergency stop" in frame.said or "~/stop" in frame.said
     answer = lab.probe.trigger("/firstlap_drive/resume")
@@ -155,84 +142,77 @@ def test_a_lap_is_counted_by_the_cars_pose(shared_lab: Any, watched: RosSource) 
     (lap, *_) = frame_when(shared_lab, watched, lapped, "a lap").laps
     steps = np.hypot(*np.diff(lap.line, axis=0).T)
     assert steps.sum() == pytest.approx(firstlap.load_track("arena").length, rel=0.1)
-    assert steps.max() < 0.5
     assert lap.time > 5.0
     assert lap.clearance is not None
     assert lap.clearance > 0.1
 
 
-def test_a_node_that_is_not_active_says_so_and_go_says_why_it_does_not_drive(lab: Any) -> None:
-    lab.start("sim", "arena")
-    lab.start("drive", "--no-start")
-    assert lab.probe.change_state(Transition.TRANSITION_CONFIGURE)
-    source = RosSource(domain=lab.domain)
-    source.start()
-    try:
-        frame = frame_when(lab, source, lambda one: "not active" in one.said and one.trace, "the reason, and the scan")
-        assert not frame.going
-        assert len(frame.trace["points"]) > 500
-        with pytest.raises(InputError, match="activate it"):
-            source.go()
-    finally:
-        source.close()
+def test_a_node_that_is_not_active_says_so_and_go_says_why_it_does_not_drive(
+    shared_lab: Any, watched: RosSource
+) -> None:
+    lab = shared_lab
+    assert lab.probe.change_state(Transition.TRANSITION_DEACTIVATE)
+    frame = frame_when(lab, watched, lambda one: "not active" in one.said and one.trace, "the reason, and the scan")
+    assert not frame.going
+    assert len(frame.trace["points"]) > 500
+    with pytest.raises(InputError, match="activate it"):
+        watched.go()
+    lab.until(lambda: lab.probe.change_state(Transition.TRANSITION_ACTIVATE), "it is active again")
 
 
-def test_nodes_that_die_and_come_back_are_said_and_found_again(lab: Any, tmp_path: Path) -> None:
-    source = RosSource(domain=lab.domain)
+def test_a_driver_that_dies_is_said_and_the_scan_shown_and_a_new_one_is_found(
+    shared_lab: Any, watched: RosSource
+) -> None:
+    lab = shared_lab
+    drives(lab, watched)
+    lab.drive.send(signal.SIGKILL)
+    frame = frame_when(lab, watched, lambda one: "no trace for" in one.said and one.trace, "the loss, and the scan")
+    assert (frame.driver, set(frame.trace)) == ("", {"points"})
+    with pytest.raises(InputError, match=r"no driving node|did not answer"):
+        watched.change({"v_max": 3.0})
+    lab.start_drive("--setup", "base")
+    drives(lab, watched)
+    lab.until(lambda: watched.setup.name == "base", "the new node's setup")
+    assert watched.loaded == watched.setup
+
+
+def test_a_held_stop_keeps_a_node_from_driving_that_starts_only_then(shared_lab: Any, watched: RosSource) -> None:
+    lab = shared_lab
+    watched.stop()
+    lab.drive.send(signal.SIGTERM)
+    lab.drive.wait()
+    lab.start_drive()
+    lab.until(lambda: "not driving: emergency stop" in lab.drive.said, "a node that waits")
+    assert lab.probe.speed() == 0.0
+    frame_when(lab, watched, lambda one: not one.going and "active" in one.said, "its frame")
+    with suppress(InputError):
+        watched.go()  # releases it; the node starts by itself
+    drives(lab, watched)
+
+
+def test_a_simulator_that_dies_is_said_and_found_again(shared_lab: Any, watched: RosSource) -> None:
+    lab = shared_lab
+    lab.sim.send(signal.SIGKILL)
+    frame = frame_when(lab, watched, lambda one: not one.going, "the stop")
+    assert re.search("no scan for|no odom for", frame.said)
+    lab.sim.wait()
+    lab.start_sim()
+    drives(lab, watched)
+
+
+def test_where_nobody_is_that_is_said_and_closing_leaves_nothing_running(lab: Any) -> None:
+    before = threading.active_count()
+    source = RosSource(domain=lab.domain, patience=0.3)
     source.start()
     try:
-        frame = frame_when(lab, source, lambda one: True, "a frame before anybody is there")
-        assert "no driving node /firstlap_drive" in frame.said
+        frame = frame_when(lab, source, lambda one: True, "a frame")
+        assert re.fullmatch(r"no trace for [\d.]+ s: no driving node /firstlap_drive; no scan", frame.said)
         with pytest.raises(InputError, match="no driving node"):
             source.change({"v_max": 3.0})
         source.stop()
         frame_when(lab, source, lambda one: "reaches nobody" in one.said, "that the stop is not heard")
         with pytest.raises(InputError, match="no driving node"):
             source.go()
-        sim, drive = lab.start("sim", "arena"), lab.start("drive")
-        drives(lab, source)
-        drive.send(signal.SIGKILL)
-        frame = frame_when(lab, source, lambda one: "no trace for" in one.said and one.trace, "the loss, and the scan")
-        assert frame.driver == ""
-        assert set(frame.trace) == {"points"}
-        sim.send(signal.SIGKILL)
-        frame_when(lab, source, lambda one: "no scan" in one.said, "the loss of all")
-        lab.start("sim", "arena")
-        lab.start("drive", "--setup", "base")
-        drives(lab, source)
-        lab.until(lambda: source.setup.name == "base", "the new node's setup")
-        assert source.loaded == source.setup
     finally:
         source.close()
-    assert not [thread for thread in threading.enumerate() if thread.name == "firstlap ros"]
-
-
-def test_a_held_stop_keeps_a_node_from_driving_that_starts_only_then(lab: Any) -> None:
-    source = RosSource(domain=lab.domain)
-    source.start()
-    try:
-        source.stop()
-        lab.start("sim", "arena")
-        drive = lab.start("drive")
-        lab.until(lambda: "not driving: emergency stop" in drive.said or lab.probe.commands["/drive"], "a word of it")
-        frame_when(lab, source, lambda one: not one.going and "active" in one.said, "a node that waits")
-        assert lab.probe.speed() == 0.0
-    finally:
-        source.close()
-
-
-def test_a_car_in_a_namespace_is_watched(lab: Any) -> None:
-    truth = lab.probe.hear(Odometry, "/car1/ground_truth/odom")
-    lab.start("sim", "arena", "--cars", "2")
-    lab.start("drive", "--namespace", "car1", "--setup", "race")
-    source = RosSource(["--ros-args", "-r", "__ns:=/car1", "-p", "base_frame:=car1/base_link"], domain=lab.domain)
-    source.start()
-    try:
-        frame = drives(lab, source)
-        assert source.title == "/car1/firstlap_drive over ROS 2"
-        assert source.setup.name == "race"
-        place = truth[-1].pose.pose.position
-        assert frame.pose is not None
-        assert np.hypot(frame.pose[0] - place.x, frame.pose[1] - place.y) < 2.0, "car1's place; car2 stands 3 m behind"
-    finally:
-        source.close()
+    assert threading.active_count() == before
