@@ -247,11 +247,14 @@ class Listener:
             except ValueError as error:
                 checks.append(Check("laser's place", False, str(error)))
         resolved = self.node.resolve_topic_name(drive_topic)
-        names = lambda: {one.node_name for one in self.node.get_publishers_info_by_topic(resolved)}  # noqa: E731
-        self.listen(NAMED, lambda: UNNAMED not in names())
-        others = sorted(names() - {"firstlap_drive", "firstlap_preflight"})
+        self.listen(NAMED, lambda: UNNAMED not in self._commanders(resolved))
+        others = sorted(self._commanders(resolved) - {"firstlap_drive", "firstlap_preflight"})
         checks.append(check_drive(resolved, self.node.count_subscribers(resolved), others))
         return checks
+
+    def _commanders(self, topic: str) -> set[str]:
+        """Names of the nodes that publish there."""
+        return {str(one.node_name) for one in self.node.get_publishers_info_by_topic(topic)}
 
     def command(self, speed: float, steering_angle: float, seconds: float, over: Callable[[], bool]) -> None:
         """Commands at 20 Hz for a while, then stops the car, whatever happens."""
