@@ -185,7 +185,7 @@ class RosSource:
 
     def _show_trace(self, told: Told, trace: dict[str, Any]) -> None:
         places = self._places
-        shown = trace or self._scan
+        shown = trace or self._fresh_scan()
         near = clearance(points_of(shown, geometry(self.car, "laser_x")), self.car)
         if near is not None and told.going:
             places.book.near(near)
@@ -199,13 +199,16 @@ class RosSource:
     def _show_without(self, why: str) -> None:
         """No trace comes: the newest scan, if there is one."""
         places, before = self._places, self._frame
-        fresh = time.monotonic() - self._scan_at < LOST
+        scan = self._fresh_scan()
         stamp, pose = places.newest()
         self._frame = Frame(
             self._next(), stamp, pose, places.speed, places.yaw_rate, before.steering_angle if before else 0.0,
-            "", self._scan if fresh else {}, 0.0, clearance=places.book.clearance, laps=places.book.laps,
-            going=before.going if before else False, said=self._with_trouble(why if fresh else f"{why}; no scan"),
+            "", scan, 0.0, clearance=places.book.clearance, laps=places.book.laps,
+            going=before.going if before else False, said=self._with_trouble(why if scan else f"{why}; no scan"),
         )  # fmt: skip
+
+    def _fresh_scan(self) -> dict[str, Any]:
+        return self._scan if time.monotonic() - self._scan_at < LOST else {}
 
     def _next(self) -> int:
         self._number += 1

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import fcntl
 import os
-import random
-import tempfile
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +14,7 @@ from running import PATIENCE, Running
 
 from firstlap.errors import InputError
 from firstlap.ros import require_ros
+from firstlap.ros.domains import own_domain
 
 try:
     require_ros()
@@ -28,24 +26,10 @@ else:
 
 LIMIT = 0.3
 """[s] from a fault to the command to stop."""
+SETS_OFF = 0.25
+"""[s] from consent to the first command to move, before it is given again."""
 SILENT = 0.5
 """[s] without a command."""
-DOMAINS = range(1, 102)
-"""Of these, nobody's ports are in the way of others' (docs.ros.org, About-Domain-ID)."""
-
-
-@contextmanager
-def own_domain() -> Iterator[int]:
-    """A ROS_DOMAIN_ID that no other test on this machine has at the moment."""
-    for domain in random.SystemRandom().sample(DOMAINS, len(DOMAINS)):
-        with (Path(tempfile.gettempdir()) / f"firstlap-test-domain-{domain}.lock").open("w") as lock:
-            try:
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except OSError:
-                continue
-            yield domain
-            return
-    raise AssertionError("every domain is in use")
 
 
 class Lab:
@@ -103,10 +87,24 @@ class Lab:
             heard = self.probe.commands[drive]
             if not self.probe.moves(drive) and (not heard or heard[-1].speed == 0.0 or self.silent(drive)):
                 self.probe.trigger(f"{node}/resume")
-                self.probe.spin(0.05)
+                asked = time.monotonic()
+                while not self.probe.moves(drive) and time.monotonic() - asked < SETS_OFF:
+                    self.probe.spin(0.02)
             return self.probe.moves(drive)
 
         self.until(moves, f"{drive} moves again")
+
+    def goes_on(self, *spaces: str) -> None:
+        """A busy machine may starve a node until it stops: the driver consents again. For conditions that wait."""
+        for space in spaces or ("",):
+            heard = self.probe.commands[f"{space}/drive"]
+            if heard and heard[-1].speed == 0.0:
+                self.probe.trigger(f"{space}/firstlap_drive/resume")
+        self.probe.spin(0.05)
+
+    def driven(self, condition: Callable[[], Any], what: str) -> Any:
+        """Waits as `until` for a car that is kept driving."""
+        return self.until(lambda: (self.goes_on(), condition())[1], what)
 
     def silent(self, drive: str = "/drive") -> bool:
         """Whether no command has come for a while."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import signal
 import time
 from typing import Any
 
@@ -33,15 +34,6 @@ STRICT = {"scan_timeout": 0.1, "odom_timeout": 0.2, "pause_limit": 0.2}
 def laps_in(said: str, car: str = "car") -> list[float]:
     """[s] of the laps that a simulator told of."""
     return [float(time) for time in re.findall(rf"^{car}: lap \d+ in ([\d.]+) s", said, re.MULTILINE)]
-
-
-def goes_on(lab: Any, *spaces: str) -> None:
-    """A busy machine may starve a node until it stops: the driver consents again."""
-    for space in spaces or ("",):
-        heard = lab.probe.commands[f"{space}/drive"]
-        if heard and heard[-1].speed == 0.0:
-            lab.probe.trigger(f"{space}/firstlap_drive/resume")
-    lab.probe.spin(0.05)
 
 
 def test_sure_laps_arena_without_contact_as_fast_as_in_the_plain_simulator(shared_lab: Any) -> None:
@@ -80,11 +72,7 @@ def test_a_new_speed_limit_is_kept_at_once(shared_lab: Any) -> None:
     heard = lab.probe.commands["/drive"]
     before = len(heard) + 5
 
-    def slow() -> bool:
-        goes_on(lab)
-        return sum(one.speed > 0.3 for one in heard[before:]) > 20
-
-    lab.until(slow, "commands")
+    lab.driven(lambda: sum(one.speed > 0.3 for one in heard[before:]) > 20, "commands")
     assert all(one.speed <= 0.4 + 1e-6 for one in heard[before:])
     assert lab.probe.set("/firstlap_drive", speed_limit=20.0) == [""]
 
@@ -95,7 +83,7 @@ def test_reset_puts_the_car_back_on_the_line(shared_lab: Any) -> None:
     track = firstlap.load_track("arena")
     x, y = track.to_arrays()["centerline"][0]
     away = lambda: math.hypot(truth[-1].pose.pose.position.x - x, truth[-1].pose.pose.position.y - y)  # noqa: E731
-    lab.until(lambda: truth and (goes_on(lab), away() > 2.0)[1], "the car is gone")
+    lab.driven(lambda: truth and away() > 2.0, "the car is gone")
     lab.probe.trigger("/firstlap_drive/stop")
     assert lab.probe.trigger("/reset").success
     lab.until(lambda: away() < 0.01, "the car is back")
@@ -104,7 +92,7 @@ def test_reset_puts_the_car_back_on_the_line(shared_lab: Any) -> None:
 def test_a_kick_turns_the_car_at_once_and_it_drives_on(shared_lab: Any) -> None:
     lab = shared_lab
     truth = lab.probe.hear(Odometry, "/ground_truth/odom")
-    lab.until(lambda: (goes_on(lab), truth and truth[-1].twist.twist.linear.x > 1.5)[1], "a car that drives")
+    lab.driven(lambda: truth and truth[-1].twist.twist.linear.x > 1.5, "a car that drives")
     before, said = len(truth), len(lab.sim.said)
     assert lab.probe.trigger("/kick").message == "kicked"
 
@@ -113,7 +101,7 @@ def test_a_kick_turns_the_car_at_once_and_it_drives_on(shared_lab: Any) -> None:
         return bool((np.abs(np.diff(rates)) > 0.7).any())
 
     lab.until(kicked, "a yaw rate that no steering makes within a scan")
-    lab.until(lambda: (goes_on(lab), len(truth) > before + 80)[1], "two seconds")
+    lab.driven(lambda: len(truth) > before + 80, "two seconds")
     assert "contact" not in lab.sim.said[said:]
 
 
@@ -128,7 +116,7 @@ def test_an_initial_pose_puts_the_car_there_and_it_drives_on_from_there(shared_l
     away = lambda: math.hypot(  # noqa: E731
         truth[-1].pose.pose.position.x - there.position.x, truth[-1].pose.pose.position.y - there.position.y
     )
-    lab.until(lambda: (goes_on(lab), away() > 2.0)[1], "the car is elsewhere")
+    lab.driven(lambda: away() > 2.0, "the car is elsewhere")
     lab.probe.trigger("/firstlap_drive/stop")
     lab.stays_stopped(15)
     place.publish(message)
@@ -136,7 +124,7 @@ def test_an_initial_pose_puts_the_car_there_and_it_drives_on_from_there(shared_l
     assert yaw_of(truth[-1].pose.pose.orientation) == pytest.approx(yaw_of(there.orientation), abs=0.02)
     said = len(lab.sim.said)
     lab.resume()
-    lab.until(lambda: (goes_on(lab), away() > 2.0)[1], "the car drives on")
+    lab.driven(lambda: away() > 2.0, "the car drives on")
     assert "contact" not in lab.sim.said[said:]
 
 
@@ -170,7 +158,7 @@ def test_two_cars_in_their_namespaces_see_each_other_and_lap(lab: Any) -> None:
         source.close()
 
     def lapped() -> bool:
-        goes_on(lab, "/car1", "/car2")
+        lab.goes_on("/car1", "/car2")
         return all(laps_in(lab.sim.said, car) for car in ("car1", "car2"))
 
     lab.until(lapped, "a lap of each", 150.0)
@@ -189,18 +177,21 @@ def test_a_stack_for_f1tenth_gym_ros_finds_its_names_and_a_driver_can_use_them(l
     lab.start("drive", "--driver", "gap", "--ros-args", *(text for one in arguments for text in ("-p", one)))
     lab.resume()
     x = odometry[-1].pose.pose.position.x
-    lab.until(lambda: (goes_on(lab), abs(odometry[-1].pose.pose.position.x - x) > 1.0)[1], "the car has moved")
+    lab.driven(lambda: abs(odometry[-1].pose.pose.position.x - x) > 1.0, "the car has moved")
 
 
-def test_simulated_time_runs_at_a_factor_and_the_driver_follows_it(lab: Any) -> None:
+def test_simulated_time_runs_at_a_factor_the_driver_follows_it_and_stops_when_it_stands(lab: Any) -> None:
     clock = lab.probe.hear(Clock, "/clock")
     truth = lab.probe.hear(Odometry, "/ground_truth/odom")
     lab.start_sim("arena", "--factor", "0.5")
-    lab.start("drive", "--sim-time")
-    lab.resume()
+    drive = lab.start("drive", "--sim-time")
+    lab.driven(lambda: clock and truth and lab.probe.moves(), "a car that drives by a simulated clock")
     sim_began, began = clock[-1].clock, time.monotonic()
     x = truth[-1].pose.pose.position.x
-    lab.until(lambda: (goes_on(lab), truth[-1].pose.pose.position.x > x + 4.0)[1], "the car has driven 4 m")
+    lab.driven(lambda: truth[-1].pose.pose.position.x > x + 4.0, "the car has driven 4 m")
     passed = clock[-1].clock.sec - sim_began.sec + 1e-9 * (clock[-1].clock.nanosec - sim_began.nanosec)
     assert 0.0 < passed <= 0.5 * (time.monotonic() - began) + 0.1, "never faster than the factor"
     assert "contact" not in lab.sim.said
+    lab.resume()
+    lab.stops_in_time(lambda: lab.sim.send(signal.SIGSTOP), known=True)
+    assert re.search(r"stopped: (/clock stood still|no scan)", drive.said)

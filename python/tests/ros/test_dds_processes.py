@@ -36,11 +36,12 @@ def test_the_driver_stops_when_the_other_side_is_killed_and_waits_for_consent_wh
     lab.stays_stopped(15)
 
 
-def test_sigterm_stops_the_car_and_ends_the_driver_in_order(shared_lab: Any) -> None:
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 0), (signal.SIGINT, 130)])
+def test_a_signal_stops_the_car_and_ends_the_driver_in_order(shared_lab: Any, number: int, code: int) -> None:
     lab = shared_lab
-    lab.stops_in_time(lambda: lab.drive.send(signal.SIGTERM), known=True)
+    lab.stops_in_time(lambda: lab.drive.send(number), known=True)
     lab.until(lambda: lab.drive.over, "its end")
-    assert lab.drive.wait() == 0
+    assert lab.drive.wait() == code
     assert lab.probe.speed() == 0.0
     assert "Traceback" not in lab.drive.said
 
@@ -58,7 +59,7 @@ def stands_soon(lab: Any, odometry: list[Any], waits: dict[str, int]) -> None:
 def test_a_car_whose_driver_is_killed_is_stopped_by_the_simulators_own_timeout(shared_lab: Any) -> None:
     lab = shared_lab
     odometry = lab.probe.hear(Odometry, "/odom")
-    lab.until(lambda: odometry and odometry[-1].twist.twist.linear.x > 1.0, "a car that drives")
+    lab.driven(lambda: odometry and odometry[-1].twist.twist.linear.x > 1.0, "a car that drives")
     waits = lab.waits()
     lab.drive.send(signal.SIGKILL)
     lab.drive.wait()
@@ -68,7 +69,7 @@ def test_a_car_whose_driver_is_killed_is_stopped_by_the_simulators_own_timeout(s
 def test_a_driver_in_a_debugger_is_replaced_by_the_timeout_and_stays_stopped_when_it_goes_on(shared_lab: Any) -> None:
     lab = shared_lab
     odometry = lab.probe.hear(Odometry, "/odom")
-    lab.until(lambda: odometry and odometry[-1].twist.twist.linear.x > 1.0, "a car that drives")
+    lab.driven(lambda: odometry and odometry[-1].twist.twist.linear.x > 1.0, "a car that drives")
     waits = lab.waits()
     lab.drive.send(signal.SIGSTOP)
     stands_soon(lab, odometry, waits)
@@ -90,3 +91,14 @@ def test_a_node_that_is_deactivated_stops_the_car_and_then_leaves_the_topic_to_o
     assert not answer.success
     assert "not active" in answer.message
     lab.until(lambda: lab.probe.change_state(Transition.TRANSITION_ACTIVATE), "it is active again")
+
+
+def test_a_node_that_is_shut_down_by_its_lifecycle_stops_the_car_for_good(shared_lab: Any) -> None:
+    lab = shared_lab
+    shut = lambda: lab.probe.change_state(Transition.TRANSITION_ACTIVE_SHUTDOWN)  # noqa: E731
+    lab.stops_in_time(shut, known=True)
+    lab.until(lab.silent, "silence")
+    assert lab.probe.speed() == 0.0
+    assert not lab.probe.change_state(Transition.TRANSITION_ACTIVATE)
+    lab.drive.send(signal.SIGTERM)
+    assert lab.drive.wait() == 0

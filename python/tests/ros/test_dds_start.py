@@ -103,3 +103,15 @@ def test_preflight_says_what_is_missing(free_car: Any) -> None:
     assert code == 1
     assert "NaN" in checks["scan's beams"]["said"]
     assert "no transform from base_link to nowhere" in checks["laser's place"]["said"]
+
+
+def test_latency_is_measured_between_two_processes(tmp_path: Path) -> None:
+    command = [sys.executable, "-c", "from firstlap_command import main; main()", "latency", "--seconds", "2", "--json"]
+    found = subprocess.run(command, capture_output=True, text=True, timeout=180, cwd=tmp_path)
+    assert found.returncode == 0, found.stderr
+    told = json.loads(found.stdout)
+    assert told["scans"] == 80
+    assert 0 < told["answered"] <= 80
+    assert sum(count for _, count in told["histogram"]) == told["answered"]
+    times = told["scan_to_drive_ms"]
+    assert 0.0 < times["p50"] <= times["p90"] <= times["p99"] <= times["max"]
