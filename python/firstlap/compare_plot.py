@@ -73,7 +73,7 @@ def _draw_bars(axes: Axes, comparison: Comparison, colours: dict[str, str]) -> N
         colour = colours[entry.label]
         if times:
             axes.barh(row, summary["median"], height=0.62, color=colour, alpha=0.35, zorder=2)
-            heights = row + np.linspace(-0.22, 0.22, len(times))
+            heights = row + (np.linspace(-0.22, 0.22, len(times)) if len(times) > 1 else np.zeros(1))
             axes.plot(times, heights, "o", color=colour, markersize=3, alpha=0.7, zorder=3)
             axes.text(max(times), row, f"  {summary['median']:.2f}", va="center", fontsize=10.5, color=INK,
                       fontweight="bold", zorder=5)  # fmt: skip

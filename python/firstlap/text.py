@@ -6,6 +6,7 @@ from pathlib import Path
 
 UNKNOWN = "not known"
 """What stands where nothing was measured."""
+ENDINGS = (".yaml", ".yml", ".npz", ".mcap", ".bag", ".db3")
 
 
 def printable(text: str) -> str:
@@ -14,8 +15,12 @@ def printable(text: str) -> str:
 
 
 def short_name(name: str) -> str:
-    """A track's or recording's name for a title: of a path the file's name alone, without its ending."""
-    return Path(name).stem if "/" in name or name.endswith((".yaml", ".yml")) else name
+    """A track's or recording's name for a title: of a path the file's name alone, without its ending.
+
+    A name that a file gives itself may hold a slash, too; a path is what has a known ending or begins like one.
+    """
+    known = Path(name).suffix.lower() in ENDINGS
+    return Path(name).stem if known or name.startswith(("/", "./", "../")) else name
 
 
 def short_names(names: list[str]) -> dict[str, str]:

@@ -111,9 +111,15 @@ def _print(found: dict[str, Any], plot: Path | None, record: Path | None) -> Non
     for drive in drives:
         other = "" if drive["driver"] == LOCAL else f"{drive['driver']}, "
         table.add_column(escape(f"{other}setup {drive['setup']}"), justify="right", overflow="fold")
-    for label, cells in _rows(drives):
-        table.add_row(label, *cells)
+    rows = _rows(drives)
+    silent = [label.partition(":")[0] for label, cells in rows if set(cells) == {UNKNOWN}]
+    for label, cells in rows:
+        if set(cells) != {UNKNOWN}:
+            table.add_row(label, *cells)
     out.print(table)
+    if silent:
+        drivers = " and ".join(dict.fromkeys(drive["driver"] for drive in drives))
+        out.print(escape(f"nothing is known here of {', '.join(silent)} by {drivers}"), soft_wrap=True)
     if found["recorded"]:
         out.print(escape(f"against the commands of {found['recorded']['topic']}: {_difference(found['recorded'])}"))
     if "difference" in found:
@@ -135,10 +141,14 @@ def _rows(drives: list[dict[str, Any]]) -> list[tuple[str, list[str]]]:
         "path reaches 1, 2, 3 m": lambda d: _percents(d["available"]),
         "path jump: median, 95 %": lambda d: _values(d["jump"], ("median", "p95"), 3, "m"),
         "path jumps above 0.15 m": lambda d: _percent(d["jump"]["big"]),
-        "changes of side": lambda d: f"{d['changes_of_side']['count']}, {_percent(d['changes_of_side']['share'])}",
+        "changes of side": lambda d: _changes(d["changes_of_side"]),
         "a step: p50, p99": lambda d: _values(d["step_us"], ("median", "p99"), 0, "µs"),
     }
     return [(label, [text(drive) for drive in drives]) for label, text in rows.items()]
+
+
+def _changes(found: dict[str, Any]) -> str:
+    return UNKNOWN if found["share"] is None else f"{found['count']}, {_percent(found['share'])}"
 
 
 def _percents(found: dict[str, float | None]) -> str:
@@ -165,4 +175,6 @@ def _degrees(found: dict[str, Any]) -> dict[str, Any]:
 def _values(found: dict[str, Any], names: tuple[str, ...], digits: int, unit: str) -> str:
     if all(found[name] is None for name in names):
         return UNKNOWN
-    return ", ".join(UNKNOWN if found[name] is None else f"{found[name]:.{digits}f}" for name in names) + f" {unit}"
+    space = "" if unit == "°" else " "
+    values = ", ".join(UNKNOWN if found[name] is None else f"{found[name]:.{digits}f}" for name in names)
+    return f"{values}{space}{unit}"

@@ -119,7 +119,7 @@ def _print(found: dict[str, Any]) -> None:
     table = Table(
         title=escape(f"{what}, {counted(found['laps'], 'lap')}, {counted(found['seeds'], 'seed')}{both}{conditions}")
     )
-    table.add_column("track", overflow="fold")
+    table.add_column("track", overflow="fold", min_width=13)
     for heading in ("length m", "finished", "best s", "median s", "clearance m"):
         table.add_column(heading, justify="right")
     table.add_column("first failure", overflow="fold")
