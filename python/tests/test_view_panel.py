@@ -17,6 +17,7 @@ import viser
 from standing import Standing, StandingCar, StandingTape
 from viewing import Viewer, served, wait_until
 
+from firstlap.colours import BAD
 from firstlap.errors import InputError
 from firstlap.parameters import Field
 from firstlap.setup_file import load_setup
@@ -307,7 +308,7 @@ def test_the_rules_are_recomputed_and_red_where_broken(wall: Wall, page: Page) -
     page.until(lambda: "rules" in page.text())
     wall.source.change({"a_y_max": 20.0})
     page.until(lambda: "✗ grip in corners" in page.text())
-    assert "#c92a2a" in page.text()
+    assert BAD in page.text()
     wall.source.change({"a_y_max": 2.0})
     page.until(lambda: "✓ grip in corners" in page.text())
 

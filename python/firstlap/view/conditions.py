@@ -9,10 +9,13 @@ from firstlap.car_file import Car
 from firstlap.errors import InputError
 from firstlap.parameters import FieldTable, Value
 
-PACE, LATENCY, FRICTION = "view.pace", "race.compute_latency", "world.mu_scale"
+PACE, FRICTION = "view.pace", "world.mu_scale"
+LATENCY, COMPUTING = "race.delay_extra", "race.compute_latency"
+DELAYS = ("steering_delay", "speed_delay")
 KEYS = (
     FRICTION,
     LATENCY,
+    COMPUTING,
     "vehicle.steering_delay",
     "vehicle.speed_delay",
     "vehicle.servo_time_constant",
@@ -73,7 +76,7 @@ class Conditions:
         self.values[field.key] = self.table.check(field, value, "conditions")
         try:
             self.car().validate()
-        except ValueError as error:
+        except (InputError, ValueError) as error:
             self.values[field.key] = before
             raise InputError(f"conditions: {error}") from None
         return field.key
@@ -84,6 +87,10 @@ class Conditions:
         for field in self.table.fields:
             if field.section in ("vehicle", "lidar", "sensors"):
                 core.set(field.section, field.name, self.values[field.key])
+        for name in DELAYS:
+            row = self.table.find(f"vehicle.{name}", "conditions")
+            delay = float(self.values[row.key]) + float(self.values[LATENCY])
+            core.set(row.section, name, self.table.check(row, delay, f"with {LATENCY}"))
         return core
 
     @property
@@ -92,9 +99,9 @@ class Conditions:
         return float(self.values[PACE])
 
     @property
-    def latency(self) -> float:
+    def computing(self) -> float:
         """[s] that the driver computes over a scan."""
-        return float(self.values[LATENCY])
+        return float(self.values[COMPUTING])
 
     @property
     def friction(self) -> float:

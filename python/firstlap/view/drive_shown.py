@@ -11,6 +11,7 @@ import numpy as np
 import viser
 from viser import Icon
 
+from firstlap.colours import BAD, GOOD
 from firstlap.view.camera import OnMap
 from firstlap.view.desk import Desk, assign
 from firstlap.view.frame import Frame, Points, Pose
@@ -18,9 +19,10 @@ from firstlap.view.source import Drives, Simulates
 
 SECOND_THOUGHTS = 0.5
 """[s] after a stop in which "go" does not count: the key that stops also presses the button that has the focus."""
-BIG = "<style>[id='{uuid}']{{height:3.6em!important;font-size:1.25em!important;font-weight:800}}</style>"
-HEIGHT = 240
+BIG = "<style>[id='{uuid}']{{height:3.6em!important;font-size:1.15em!important;font-weight:800}}</style>"
+WIDTH = 270
 """[pixels]"""
+STATE = '<div class="firstlap-state" style="padding:0 0.8em 0.5em"><b style="color:{colour}">{state}</b> {why}</div>'
 SPACE: Literal["space"] = "space"
 ESCAPE: Literal["escape"] = "escape"
 
@@ -43,8 +45,9 @@ class DriveShown:
                 restart = gui.add_button("Restart", color="gray", icon=Icon.ROTATE_CLOCKWISE)
                 restart.on_click(desk.click("restart", source.restart))
             self._state = StateShown(gui)
-        self._panel.dock_above(gui.main_panel)
-        self._panel.set_height(HEIGHT)
+        # A corner of what is left between the docked panels; notices come in another one.
+        self._panel.float(x=-12, y=-12, width=WIDTH)
+        self._panel.expand()
         self._keys = [
             gui.add_command("Emergency stop", description="until someone says go", hotkey=key, icon=Icon.HAND_STOP)
             for key in (SPACE, ESCAPE)
@@ -54,7 +57,7 @@ class DriveShown:
 
     def update(self, frame: Frame) -> None:
         """The newest frame."""
-        self._state.update(frame, True)
+        self._state.update(frame)
 
     # On the event loop itself: behind whatever else viewers have asked for, a stop could wait for a thread.
     async def _stop(self, _event: Any) -> None:
@@ -134,21 +137,16 @@ class PlaceShown:
 
 
 class StateShown:
-    """Whether it drives, and what was last said."""
+    """Whether it drives, and why not."""
 
     def __init__(self, gui: viser.GuiApi) -> None:
         self._html = gui.add_html("")
 
-    def update(self, frame: Frame, drives: bool) -> None:
+    def update(self, frame: Frame) -> None:
         """The newest frame."""
-        content = _state_html(frame, drives)
-        assign(self._html, "content", content)
-
-
-def _state_html(frame: Frame, drives: bool) -> str:
-    state, colour = ("driving", "#2b8a3e") if frame.going else ("STOPPED", "#c92a2a")
-    head = f'<b style="color:{colour}">{state}</b> ' if drives else ""
-    return f'<div class="firstlap-state" style="padding:0 0.8em 0.5em">{head}{escape(frame.said)}</div>'
+        state, colour = ("driving", GOOD) if frame.going else ("STOPPED", BAD)
+        why = "" if frame.going else escape(frame.said)
+        assign(self._html, "content", STATE.format(state=state, colour=colour, why=why))
 
 
 def heading_along(line: Points, spot: tuple[float, float], otherwise: float) -> float:

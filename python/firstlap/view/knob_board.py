@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -24,7 +25,8 @@ class _Group:
 
 class KnobBoard:
     """In the container that is open. often: those that come first, unfolded. loaded: what "reset" goes back to.
-    many: so that a search is of use.
+    many: so that a search is of use. changed_in: the container for what was changed: below what is moved, or away from
+    it, so that nothing moves under the mouse when the list grows.
     """
 
     def __init__(
@@ -37,6 +39,7 @@ class KnobBoard:
         change: Change,
         change_together: Callable[[dict[str, Value]], object],
         many: bool = True,
+        changed_in: Any = None,
     ) -> None:
         self._desk = desk
         self._table = table
@@ -47,10 +50,11 @@ class KnobBoard:
         self._resets: dict[str, Any] = {}
         gui = desk.gui
         self._parts: list[Any] = self._build_tools() if many else []
-        self._changed = gui.add_folder("Changed", visible=False)
+        self._groups = self._build(often)
+        with changed_in if changed_in is not None else contextlib.nullcontext():
+            self._changed = gui.add_folder("Changed", visible=False)
         with self._changed:
             gui.add_button("Reset all", icon=Icon.ARROW_BACK_UP).on_click(desk.click("reset", self._reset_all))
-        self._groups = self._build(often)
         self._parts += [self._changed, *(group.folder for group in self._groups)]
         self.knobs = [knob for group in self._groups for knob in group.knobs]
         self.mark()

@@ -55,6 +55,7 @@ class Panel:
                 self._rules = RulesShown(gui)
                 self._place_of_board = gui.add_folder(None)
             with self._tabs.add_tab("Setup"):
+                self._place_of_changed = gui.add_folder(None)
                 self._setup = SetupShown(self._desk, source, folder if folder is not None else Path.cwd())
             self._loaded = source.loaded
             self._board = self._build_board()
@@ -125,6 +126,7 @@ class Panel:
                 lambda key: source.loaded.get(key),
                 self._change_one,
                 source.change,
+                changed_in=self._place_of_changed,
             )
 
     @staticmethod
@@ -169,14 +171,14 @@ class WatchPanel:
     def __init__(self, client: viser.ClientHandle, source: Source) -> None:
         self._source = source
         self._seen: Setup | None = None
-        self._state = StateShown(client.gui)
-        self._drives = isinstance(source, Drives)
+        self._state = StateShown(client.gui) if isinstance(source, Drives) else None
         self._about = client.gui.add_html("")
         self._rules = RulesShown(client.gui)
 
     def update(self, frame: Frame) -> None:
         """See AnyPanel."""
-        self._state.update(frame, self._drives)
+        if self._state is not None:
+            self._state.update(frame)
         setup = self._source.setup
         if setup is not self._seen:
             self._seen = setup

@@ -24,7 +24,7 @@ from firstlap.setup_file import Setup
 from firstlap.tracks.track import Track
 from firstlap.view.conditions import checked_pace
 from firstlap.view.frame import DrivenLap, Frame, Pose, Scenery
-from firstlap.view.recording_laps import laps_of
+from firstlap.view.laps import LapBook
 from firstlap.view.sim_source import scenery_of
 
 MEMORY = 2.0
@@ -349,6 +349,18 @@ class RecordingSource:
 
     def _laps_until(self, scan: int) -> tuple[DrivenLap, ...]:
         return tuple(lap for after, lap in self._laps if after <= scan)
+
+
+def laps_of(recording: Recording) -> list[tuple[int, DrivenLap]]:
+    """Complete laps, each with the first scan after it; none without poses."""
+    book, found, count = LapBook(), list[tuple[int, DrivenLap]](), 0
+    for scan, pose in enumerate(() if recording.poses is None else recording.poses.tolist()):
+        if math.isfinite(sum(pose)):
+            book.add(float(recording.stamps[scan]), tuple(pose), float(recording.speed[scan]))
+        if book.laps and book.laps[-1].number > count:
+            count = book.laps[-1].number
+            found.append((scan, book.laps[-1]))
+    return found
 
 
 def track_under(recording: Recording, map_path: str | Path) -> Track:

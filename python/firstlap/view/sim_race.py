@@ -101,7 +101,9 @@ class SimRace:
         if kind.needs_map:
             preparation = kind.prepare(self.track, setup, self.car, self.seed, preparing)
             self.driving = Driving(setup, self.car, preparation)
-            self.restart()
+            self.world.reset(CAR)
+            self._begin()
+            self.say(f"driver {kind.name} begins at the line")
         elif self.driving is not None and self.driving.setup.driver == setup.driver:
             self.driving.take(setup)
         else:
@@ -170,7 +172,7 @@ class SimRace:
         self._scan += 1
         self._follow()
         now = self.world.time
-        if self._busy_until < now + self.period - INSTANT:
+        if self._busy_until <= now + self.period + INSTANT:  # free while this scan is still the newest
             self._drive(now)
         self._deliver(now)
 
@@ -208,7 +210,7 @@ class SimRace:
         self._step_us = 1e-3 * (thread_time_ns() - cpu)
         self.times.append((self._step_us, 1e-3 * (perf_counter_ns() - wall)))
         self._check_driver(self.driving.handle.core)
-        self._busy_until = max(self._busy_until, now) + self.conditions.latency
+        self._busy_until = max(self._busy_until, now) + self.conditions.computing
         self._commands.append((self._busy_until, command.speed, command.steering_angle))
 
     def _check_driver(self, core: _core.Driver) -> None:
