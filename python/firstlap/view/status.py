@@ -49,7 +49,8 @@ def status_of(frame: Frame, setup: str, rate: float) -> str:
     where = [f"{frame.time:.1f} s"]
     where += [f"{frame.way:.1f} m of way"] if frame.way is not None else []
     where += [f"{frame.offset:+.2f} m off the middle"] if frame.offset is not None else []
-    words = f'<div style="color:{BAD};font-weight:600">{html.escape(frame.said)}</div>' if frame.said else ""
+    colour = "inherit" if frame.going else BAD
+    words = f'<div style="color:{colour};font-weight:600">{html.escape(frame.said)}</div>' if frame.said else ""
     return (
         '<div style="padding:.5em .75em 0;line-height:1.45">'
         '<div style="display:flex;align-items:center;justify-content:space-between">'
