@@ -26,8 +26,8 @@ class OpponentShapes:
         self._geometry = geometry
         self._laser = np.array([geometry["laser_x"], 0.0])
         self._returns = Cloud(sheet, f"{RETURNS.node}/all", rgb(RETURN), 0.04, 0.03)
-        self._known = Cloud(sheet, f"{KNOWN.node}/walls", rgb(INK), 0.05, 0.012)
-        self._line = Cloud(sheet, f"{LINE.node}/racing", rgb(LINE_COLOUR), 0.05, 0.015)
+        self._known = Cloud(sheet, f"{KNOWN.node}/walls", rgb(INK, 0.45), 0.035, 0.012)
+        self._line = Cloud(sheet, f"{LINE.node}/racing", rgb(LINE_COLOUR), 0.035, 0.015)
         self._free = Fan(sheet, f"{AIM.node}/free", rgb(FREE), 0.10, 0.002)
         self._chosen = Fan(sheet, f"{AIM.node}/chosen", rgb(FREE), 0.18, 0.004)
         self._trouble = Cloud(sheet, f"{AIM.node}/trouble", rgb(BAD), 0.11, 0.04)

@@ -222,7 +222,8 @@ def head_of(plot: Plot, frame: Frame) -> str:
     for curve in plot.curves:
         name, value = curve.name(frame.driver), curve.value(frame)
         if name:
-            number = f"{value:.{plot.digits}f}" if math.isfinite(value) else "–"
+            # Plus zero: nothing is "-0.0".
+            number = f"{round(value, plot.digits) + 0.0:.{plot.digits}f}" if math.isfinite(value) else "–"
             keys.append(
                 f'<span style="white-space:nowrap;margin-right:.6em"><span style="color:{curve.colour}">━</span> '
                 f'{html.escape(name)} <b style="font-variant-numeric:tabular-nums">{number}</b></span>'

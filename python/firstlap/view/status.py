@@ -43,6 +43,7 @@ def status_of(frame: Frame, setup: str, rate: float) -> str:
     said = status.replace("_", " ") or "no step yet"
     word = html.escape(said if frame.going else "stopped")
     badge = f'<span style="{_BADGE};background:{GOOD if good else BAD}">{word}</span>'
+    driven = f"{round(frame.speed, 1) + 0.0:.1f}"
     wanted = f"{speed:.1f}" if math.isfinite(speed) else "–"
     driver = [] if setup.startswith("driver ") else [f"driver {html.escape(frame.driver)}"]
     facts = [*driver, html.escape(setup), f"{rate:.0f} pictures a second"]
@@ -54,7 +55,7 @@ def status_of(frame: Frame, setup: str, rate: float) -> str:
     return (
         '<div style="padding:.5em .75em 0;line-height:1.45">'
         '<div style="display:flex;align-items:center;justify-content:space-between">'
-        f'<span style="font-variant-numeric:tabular-nums"><b style="font-size:1.9em">{frame.speed:.1f}</b> m/s '
+        f'<span style="font-variant-numeric:tabular-nums"><b style="font-size:1.9em">{driven}</b> m/s '
         f'<span style="opacity:.65">of {wanted}</span></span>{badge}</div>'
         '<div style="font-size:.8em;opacity:.8;font-variant-numeric:tabular-nums">'
         f"{' · '.join(facts)}<br>{' · '.join(where)}</div>"
