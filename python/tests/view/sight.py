@@ -33,7 +33,7 @@ const tick = () => { window.drawn += 1; requestAnimationFrame(tick); };
 requestAnimationFrame(tick);
 """
 """Counts in the page what reaches it: batches of messages that move the scene, and pictures drawn."""
-PATIENCE = 15.0
+PATIENCE = 40.0
 
 
 class Sight:
@@ -96,13 +96,12 @@ class Sight:
 
     def slide(self, label: str, share: float) -> None:
         """The mouse takes a slider there, from 0 to 1."""
-        track = self.row(label)
-        area = track.bounding_box()
+        area = self.row(label).bounding_box()
         assert area is not None
-        y = 0.35 * area["height"]
-        track.hover(position={"x": share * area["width"] + 12.0, "y": y})
+        x, y = area["x"] + share * area["width"], area["y"] + 0.5 * area["height"]
+        self.page.mouse.move(x + 12.0, y)
         self.page.mouse.down()
-        track.hover(position={"x": share * area["width"], "y": y})
+        self.page.mouse.move(x, y, steps=3)
         self.page.mouse.up()
 
     def picture(self, name: str) -> np.ndarray:
