@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 
 from firstlap.car_file import load_car
+from firstlap.cli.view import panels_of
 from firstlap.setup_file import load_setup
 from firstlap.tracks.library import load_track
 from firstlap.view.app import App, serve
@@ -51,7 +52,7 @@ def main() -> None:
     source = SimSource(load_track(given.track), load_setup(given.setup), load_car("default"))
     source.start()
     try:
-        app = serve(source, port=0)
+        app = serve(source, port=0, panel=panels_of(source))
         try:
             report(measured(source, app, given), given)
         finally:

@@ -15,7 +15,7 @@ from firstlap.colours import FREE as FREE
 from firstlap.colours import GRID, WALL
 from firstlap.colours import RETURN as RETURN
 from firstlap.explain import Moment
-from firstlap.explain_plot import PATH, SCENE, SIZE, draw_car, write_head
+from firstlap.explain_plot import PATH, SCENE, SIZE, draw_car, legend_below, write_head
 from firstlap.plot import FAINT, INK, new_figure
 
 Points = npt.NDArray[np.float64]
@@ -111,17 +111,7 @@ def legend(axes: Axes, entries: list[Line2D], moment: Moment) -> None:
     common = [Line2D([], [], marker="o", linestyle="none", color=RETURN, label="range of a beam", markersize=4)]
     if moment.walls:
         common.append(Line2D([], [], color=WALL, linewidth=4, label="true walls"))
-    axes.legend(
-        handles=[*entries, *common],
-        loc="upper center",
-        bbox_to_anchor=(0.5, -0.03),
-        ncols=6,
-        frameon=False,
-        fontsize=9.5,
-        labelcolor=INK,
-        handlelength=1.8,
-        columnspacing=1.6,
-    )
+    legend_below(axes, [*entries, *common])
 
 
 def stroke(colour: str, label: str, **options: Any) -> Line2D:

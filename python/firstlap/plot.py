@@ -21,7 +21,7 @@ from firstlap.colours import PAPER as PAPER
 from firstlap.colours import RIGHT as RIGHT
 from firstlap.colours import ROAD, SPEED_MAP
 from firstlap.output import check_writable, write_whole
-from firstlap.text import printable
+from firstlap.text import printable, short_name
 from firstlap.tracks.track import Track
 
 if TYPE_CHECKING:
@@ -156,7 +156,7 @@ def plot_race(result: RaceResult, path: str | Path) -> None:
 
 def _write_labels(figure: Figure, result: RaceResult, height: float) -> None:
     track = result.track
-    name = Path(track.name).stem if "/" in track.name else track.name
+    name = short_name(track.name)
     write(figure, 0.03, 1.0 - 0.42 / height, name, fontsize=19, fontweight="bold")
     direction = "" if result.direction == "forward" else ", reverse"
     details = (

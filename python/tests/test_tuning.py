@@ -18,7 +18,7 @@ from firstlap.tuning.pool import LocalPool
 from firstlap.tuning.search import Budget, Search, parse_budget
 from firstlap.tuning.session import make_session
 from firstlap.tuning.space import make_space
-from firstlap.tuning.spread import JUDGE_FIELDS, SPREAD_NAMES, changed_car, corners, drawn, judge_values
+from firstlap.tuning.spread import JUDGE_FIELDS, SPREAD_NAMES, changed_car, checks, corners, drawn, judge_values
 from firstlap.tuning.study import Trial, only_one, open_study
 
 FEW = "a_y_max,v_max,k_ang"
@@ -62,12 +62,12 @@ def plain(trials: list[Trial]) -> list[Trial]:
 
 
 def test_one_worker_two_workers_and_a_resumed_study_find_the_same(oval, tmp_path: Path):
-    file, trials = tmp_path / "a.db", 10
+    file, trials = tmp_path / "a.db", 8
     alone = plain(found(oval, file, trials))
     assert [trial.number for trial in alone] == list(range(trials))
     assert [trial.start for trial in alone[:2]] == ["base", ""]
     assert plain(found(oval, file, trials, workers=2, name="b")) == alone
-    found(oval, file, 7, name="c")
+    found(oval, file, 6, name="c")
     assert plain(found(oval, file, trials, name="c")) == alone
 
 
@@ -268,3 +268,12 @@ def test_the_fastest_seen_is_never_slower_on_fresh_seeds_than_what_holds(oval):
     assert choice.holds is not None
     assert choice.holds.trial.number == 1
     assert choice.seen == choice.holds
+
+
+def test_half_of_the_races_of_the_choice_are_at_the_worst_ends_and_the_rest_anywhere():
+    found = checks(40, 1)
+    assert [c.seed for c in found] == [c.seed for c in drawn(40, 1, "choice")]
+    worst = [c.share["friction"] == -1.0 and c.share["delay"] == c.share["servo"] == 1.0 for c in found]
+    assert worst == [True] * 20 + [False] * 20
+    assert len({c.share["mass"] for c in found}) == 40
+    assert len(checks(1, 1)) == 1

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
 import multiprocessing
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
+import urllib.request
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -18,6 +21,7 @@ from conftest import Said
 
 import firstlap
 from firstlap.car_file import load_car
+from firstlap.cli import view
 from firstlap.errors import InputError
 from firstlap.race import race
 from firstlap.race_process import bare, packed
@@ -345,7 +349,22 @@ def test_a_race_ends_with_the_process_that_shows_it(tmp_path: Path) -> None:
         assert _lives(pid)
         viewer.kill()
         viewer.wait()
-        wait(lambda: not _lives(pid), 1.0)
+        wait(lambda: not _lives(pid))
+
+
+def test_a_race_that_hangs_is_said_and_goes_on_where_it_was(source: SimSource) -> None:
+    assert source._race is not None
+    pid = source._race.process.pid
+    assert pid is not None
+    os.kill(pid, signal.SIGSTOP)
+    try:
+        frame = shown(source, lambda frame: "does not answer" in frame.said)
+        source.stop()
+    finally:
+        os.kill(pid, signal.SIGCONT)
+    shown(source, lambda one: one.number > frame.number and "emergency stop" in one.said)
+    source.go()
+    shown(source, lambda frame: frame.going and frame.speed > 1.0)
 
 
 def test_a_race_whose_process_died_says_so_and_begins_anew(source: SimSource) -> None:
@@ -523,3 +542,39 @@ def test_what_cannot_be_shown_is_said_in_one_line(
     assert said.code == 2
     assert words in said.err
     assert said.err.count("\n") == 1
+
+
+def test_without_a_wish_the_next_free_port_is_taken(capsys: pytest.CaptureFixture[str]) -> None:
+    taken = []
+    try:
+        for port in (view.PORT, view.PORT + 1):
+            with contextlib.suppress(OSError):
+                taken.append(socket.create_server(("127.0.0.1", port)))
+        found = view.choose_port("127.0.0.1", None)
+        assert found > view.PORT + 1
+        assert f"port {view.PORT} is taken: {found} instead" in " ".join(capsys.readouterr().err.split())
+        assert view.choose_port("127.0.0.1", view.PORT) == view.PORT, "whoever names a port is told that it is taken"
+    finally:
+        for server in taken:
+            server.close()
+
+
+def test_the_command_serves_until_ctrl_c(cli: Callable[..., Said], tmp_path: Path) -> None:
+    pytest.importorskip("viser")
+    command = [sys.executable, "-c", "from firstlap_command import main; main()", "view"]
+    with subprocess.Popen(
+        [*command, "arena", "--port", "0", "--no-open"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stdout is not None
+        address = process.stdout.readline().strip()
+        with urllib.request.urlopen(address, timeout=LONG) as page:
+            assert page.status == 200
+        port = address.rstrip("/").rpartition(":")[2]
+        taken = cli("view", "arena", "--port", port, "--no-open")
+        assert taken.code == 2
+        assert f"port {port} is taken" in taken.err
+        process.send_signal(signal.SIGINT)
+        _, said = process.communicate(timeout=LONG)
+        assert process.returncode == 0, said
+        assert "Traceback" not in said
+        assert "leaked" not in said

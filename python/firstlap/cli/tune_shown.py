@@ -12,6 +12,7 @@ from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedCo
 from rich.table import Table
 
 from firstlap.cli.common import console, progress_bar
+from firstlap.text import counted, short_name
 
 if TYPE_CHECKING:
     from firstlap.tuning.search import Budget
@@ -63,9 +64,11 @@ def _bar_watch(bar: Progress, budget: Budget) -> Any:
 def print_tuned(found: dict[str, Any], page: Path) -> None:
     """The result as a table."""
     start = found["compared_with"]
-    table = Table(title=escape(f"{found['track']}, {found['direction']}: {found['trials']} trials"))
+    table = Table(
+        title=escape(f"{short_name(found['track'])}, {found['direction']}: {counted(found['trials'], 'trial')}")
+    )
     table.add_column("setup")
-    for heading in ("lap s", f"less than {start['setup']}", "failed on fresh seeds", "smallest clearance m"):
+    for heading in ("lap s", f"less than {start['setup']}", "failed", "clearance m"):
         table.add_column(heading, justify="right", overflow="fold")
     safety = (f"{start['failed']} of {start['races']}", f"{start['clearance']:.2f}")
     table.add_row(start["setup"], f"{start['lap']:.2f}", "", *safety)
@@ -92,7 +95,7 @@ def print_tuned(found: dict[str, Any], page: Path) -> None:
 
 def print_paper(found: dict[str, Any], page: Path) -> None:
     """The six settings beside the paper's laps."""
-    table = Table(title=escape(f"the paper's settings on {found['track']}"))
+    table = Table(title=escape(f"the paper's settings on {short_name(found['track'])}"))
     for heading in ("setting", "lap s", "less than 0", "failed", "paper's lap s", "less than 0"):
         table.add_column(heading, justify="right")
     for row in found["settings"]:

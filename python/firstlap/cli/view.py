@@ -31,6 +31,7 @@ from firstlap.tracks.library import list_tracks, load_track
 from firstlap.view.conditions import PACE_FIELDS, checked_pace
 
 if TYPE_CHECKING:
+    from firstlap.view.app import MakePanel
     from firstlap.view.source import Source
 
 PORT = 8080
@@ -108,7 +109,7 @@ def view(
         for remark in remarks:
             note(remark)
         source = _recording(loaded, chosen, loaded_car, map_path, not keep_body, times)
-    return _serve(source, host, _port(host, port), token, open_browser)
+    return _serve(source, host, choose_port(host, port), token, open_browser)
 
 
 def is_track(what: str) -> bool:
@@ -165,7 +166,7 @@ def _ros(arguments: list[str]) -> Source:
     return source
 
 
-def _port(host: str, port: int | None) -> int:
+def choose_port(host: str, port: int | None) -> int:
     """The one that was asked for, or the first from the usual one on that nobody listens at."""
     if port is not None:
         return port
@@ -189,15 +190,11 @@ def _is_free(host: str, port: int) -> bool:
 def _serve(source: Source, host: str, port: int, token: str | None, open_browser: bool) -> int:
     from firstlap.view.app import serve
     from firstlap.view.gate import Gate
-    from firstlap.view.panel import Panel, WatchPanel
-
-    def panel(client: Any, may_control: bool, on_map: Any) -> Any:
-        return Panel(client, source, on_map=on_map) if may_control else WatchPanel(client, source)
 
     gate, app = Gate(token), None
     try:
         source.start()
-        app = serve(source, host=host, port=port, gate=gate, panel=panel)
+        app = serve(source, host=host, port=port, gate=gate, panel=panels_of(source))
         _say(gate)
         if open_browser and _has_display():
             _open(gate.url)
@@ -207,6 +204,16 @@ def _serve(source: Source, host: str, port: int, token: str | None, open_browser
             app.close()
         source.close()
     return 0
+
+
+def panels_of(source: Source) -> MakePanel:
+    """Controls for those who may control, and something to see for all others."""
+    from firstlap.view.panel import Panel, WatchPanel
+
+    def panel(client: Any, may_control: bool, on_map: Any) -> Any:
+        return Panel(client, source, on_map=on_map) if may_control else WatchPanel(client, source)
+
+    return panel
 
 
 def _say(gate: Any) -> None:

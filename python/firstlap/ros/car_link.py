@@ -36,6 +36,7 @@ class CarLink:
         self._button: Any = None
         self._button_topic = ""
         self.node: Any = None
+        self._context: Any = None
         self.path = name
 
     # A thread of its own.
@@ -111,9 +112,9 @@ class CarLink:
         if self.node is not None:
             self.node.destroy_node()
             self.node = None
-            import rclpy
-
-            rclpy.shutdown(context=self._context)
+        if self._context is not None:
+            self._context.try_shutdown()
+            self._context = None
 
     def value(self, name: str) -> Any:
         """One of `OURS`, as --ros-args gave it or by default."""
@@ -125,10 +126,13 @@ class CarLink:
         """Whether a node of this name answers."""
         return bool(self._get.service_is_ready())
 
-    def _ask(self, client: Any, request: Any) -> Any:
-        """From any thread but the link's own. Raises InputError."""
+    def _need(self, client: Any) -> None:
         if self.node is None or not client.service_is_ready():
             raise InputError(f"no driving node {self.path}: nothing was changed")
+
+    def _ask(self, client: Any, request: Any) -> Any:
+        """From any thread but the link's own. Raises InputError."""
+        self._need(client)
         answered = threading.Event()
         future = client.call_async(request)
         future.add_done_callback(lambda _: answered.set())
@@ -199,9 +203,11 @@ class CarLink:
                 self._stop.call_async(Trigger.Request())
 
     def go(self) -> None:
-        """Releases the emergency stop and calls ~/resume. Raises InputError with the node's reason."""
+        """Releases the emergency stop and calls ~/resume. Raises InputError with the node's reason; where there is no
+        node, the stop stays pressed."""
         from std_srvs.srv import Trigger
 
+        self._need(self._resume)
         self.pressed = False
         self._press(False)
         until = time.monotonic() + ANSWERS
@@ -221,6 +227,8 @@ def _parameter(field: Field, value: Value) -> Any:
 
     kind: type = {"bool": bool, "int": int}.get(field.type, float)
     try:
+        if field.type == "int" and int(value) != value:
+            raise ValueError
         return Parameter(field.key, value=kind(value)).to_parameter_msg()
     except (TypeError, ValueError, OverflowError):
         raise InputError(f"{field.key} is {str(value)[:60]}; allowed is {field.range}") from None

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import random
 import subprocess
 import sys
 import time
@@ -21,6 +20,7 @@ from firstlap.car_file import load_car
 from firstlap.drivers.registry import Preparation, driver_kind
 from firstlap.errors import InputError
 from firstlap.race import start_race
+from firstlap.ros.domains import own_domain
 from firstlap.setup_file import Setup
 from firstlap.tracks.library import load_track
 
@@ -91,11 +91,9 @@ def measure(
     setup: Setup, track: str, seconds: float, rate: float, look: Callable[[float], object] | None = None
 ) -> Latency:
     """Starts a driving node in a domain of its own and plays scans to it. Raises InputError."""
-    domain = random.SystemRandom().randint(1, 100)
-    own = {"ROS_DOMAIN_ID": str(domain), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
-    os.environ.update(own)
     played = lap_of_scans(setup, track)
-    with TemporaryDirectory() as folder:
+    with TemporaryDirectory() as folder, own_domain() as domain:
+        os.environ.update({"ROS_DOMAIN_ID": str(domain), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"})
         chosen = Path(folder) / "setup.yaml"
         chosen.write_text(_as_yaml(setup))
         command = [

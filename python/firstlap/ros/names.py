@@ -75,6 +75,9 @@ FAULTS = (
     Entry("backward_stamps", False, "every stamp is older than the one before"),
     Entry("nan_scans", False, "all ranges are NaN"),
     Entry("nan_odometry", False, "speed and yaw rate are NaN"),
+    Entry("drop_imu", 0.0, "share of IMU messages that are not published", 0.0, 1.0),
+    Entry("nan_imu", False, "the IMU's yaw rate is NaN"),
+    Entry("drop_steering", 0.0, "share of measured wheel angles that are not published", 0.0, 1.0),
     Entry("scan_beams", 0, "so many beams only; 0: all", 0, 10000),
     Entry("scan_frame", "", "frame of the scans; empty: the right one"),
 )

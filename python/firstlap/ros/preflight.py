@@ -24,6 +24,10 @@ STANDS = 0.1
 """[m/s], [rad/s] of a car that stands."""
 TURNED = 0.25
 """[rad] that the car must be turned before its signs are compared."""
+NAMED = 3.0
+"""[s] that a node's name may come later than its topics."""
+UNNAMED = "_NODE_NAME_UNKNOWN_"
+"""What rclpy calls it until then."""
 CAP = 1.0
 """[m] a beam counts at most, when two scans are laid over each other."""
 
@@ -243,13 +247,14 @@ class Listener:
             except ValueError as error:
                 checks.append(Check("laser's place", False, str(error)))
         resolved = self.node.resolve_topic_name(drive_topic)
-        others = [
-            one.node_name
-            for one in self.node.get_publishers_info_by_topic(resolved)
-            if one.node_name not in ("firstlap_drive", "firstlap_preflight")
-        ]
+        self.listen(NAMED, lambda: UNNAMED not in self._commanders(resolved))
+        others = sorted(self._commanders(resolved) - {"firstlap_drive", "firstlap_preflight"})
         checks.append(check_drive(resolved, self.node.count_subscribers(resolved), others))
         return checks
+
+    def _commanders(self, topic: str) -> set[str]:
+        """Names of the nodes that publish there."""
+        return {str(one.node_name) for one in self.node.get_publishers_info_by_topic(topic)}
 
     def command(self, speed: float, steering_angle: float, seconds: float, over: Callable[[], bool]) -> None:
         """Commands at 20 Hz for a while, then stops the car, whatever happens."""

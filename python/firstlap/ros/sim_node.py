@@ -247,9 +247,10 @@ class SimNode(Node):
                 )
             wires.waiting = odometry
             wires.odom.publish(odometry)
-        if wires.imu.get_subscription_count():
-            wires.imu.publish(make.imu(stamp, names.base_frame, yaw_rate, truth))
-        if wires.joints.get_subscription_count():
+        if wires.imu.get_subscription_count() and not self._chance("drop_imu"):
+            lost = float("nan") if value_of(self, "nan_imu") else 0.0
+            wires.imu.publish(make.imu(stamp, names.base_frame, yaw_rate + lost, truth))
+        if wires.joints.get_subscription_count() and not self._chance("drop_steering"):
             wires.joints.publish(make.joints(stamp, steering_angle))
         if value_of(self, "ground_truth") and wires.truth.get_subscription_count():
             motion = (truth["speed"], truth["lateral_speed"], truth["yaw_rate"])

@@ -94,7 +94,9 @@ def decode(message: bytes) -> tuple[Told, dict[str, Any]]:
         size = math.prod(shape) * np.dtype(kind).itemsize
         if at + size > len(message):
             raise ValueError(f"{path} is cut off")
-        array = np.frombuffer(message, "<" + kind, math.prod(shape), at).astype(READ[kind]).reshape(shape)
+        sent = np.frombuffer(message, "<" + kind, math.prod(shape), at)
+        with np.errstate(invalid="ignore"):  # a NaN of any kind stays one
+            array = sent.astype(READ[kind]).reshape(shape)
         _put(trace, path, array)
         at += size
     if at != len(message):

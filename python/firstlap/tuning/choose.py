@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from firstlap.parameters import Values
 from firstlap.tuning.candidate import Problem, Verdict
 from firstlap.tuning.pool import Pool, race_all
-from firstlap.tuning.spread import Conditions, drawn
+from firstlap.tuning.spread import Conditions, checks
 from firstlap.tuning.study import Trial
 
 CHUNK = 5
@@ -63,7 +63,7 @@ def choose(
     Among the first `finalists` that hold, the fastest on the fresh seeds is chosen.
     """
     fresh = replace(problem, laps=int(judge["check_laps"]), patient=True)
-    conditions = drawn(int(judge["check_seeds"]), seed, "choice")
+    conditions = checks(int(judge["check_seeds"]), seed)
     waiting = sorted((t for t in trials if t.verdict.holds), key=lambda t: (t.cost, t.number))
     tried: list[Chosen] = []
     passed: list[Chosen] = []

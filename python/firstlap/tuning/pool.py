@@ -28,7 +28,7 @@ from firstlap.tuning.candidate import Problem, Verdict, judge
 CONNECT_SECONDS = 10.0
 WORKERLESS_SECONDS = 20.0
 POLL_SECONDS = 0.5
-SCHEMES = ("tcp", "tls", "ws", "wss", "ucx", "ucxx", "inproc")
+SCHEMES = ("tcp", "tls", "ws", "wss", "ucx", "ucxx")
 """Of what Dask connects by."""
 Job = tuple[Problem, Values, Sequence[float | None] | None]
 

@@ -32,9 +32,10 @@ CLEANED = Layer(
     f"{MAP}/cleaned", "Smoothed", "the centerline on its way to a path, and the points that are kept of it", shown=False
 )
 PATH = Layer(f"{MAP}/path", "Path", "coloured by planned speed")
+BEFORE = Layer(f"{MAP}/before", "Path before", "of the loaded setup over the same scan, where another one is tried")
 AIM = Layer(f"{MAP}/aim", "Aim", "the lookahead point; of other drivers: where they aim, and what is free")
 BODY = Layer(f"{CAR}/body", "Car", "wheels at the measured angle; the arrow is the commanded one")
 
 KNOWN = Layer(f"{MAP}/known", "Known map", "walls of its map, as driver global believes to see them")
 
-LAYERS = (RETURNS, REMEMBERED, WIDTHS, LINE, CLEANED, PATH, AIM, BODY, LAPS, KNOWN, WALLS, MIDDLE, GROUND)
+LAYERS = (RETURNS, REMEMBERED, WIDTHS, LINE, CLEANED, PATH, BEFORE, AIM, BODY, LAPS, KNOWN, WALLS, MIDDLE, GROUND)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from firstlap.colours import DROPPED, FAINT, GOOD, GRID, INK, LINE, WALL, rgb
-from firstlap.view.frame import DrivenLap, Points, Scenery
+from firstlap.view.frame import DrivenLap, Points, Pose, Scenery
 from firstlap.view.layers import GROUND, LAPS, MIDDLE, WALLS
 from firstlap.view.pens import Sheet, Solid, Strokes
 from firstlap.view.shapes import NOTHING, Segments, chain, dashed, fence, joined, merged
@@ -15,18 +15,35 @@ from firstlap.view.shapes import NOTHING, Segments, chain, dashed, fence, joined
 WALL_HEIGHT = 0.12
 """[m] as drawn; every wall is as high as the LiDAR's plane, or lower where it is not seen."""
 UNKNOWN = 40.0
-"""[m] of ground to every side where no track is known."""
+"""[m] of ground to every side where no track is known: a multiple of five."""
 AROUND = 12.0
 """[m] of ground around a known track."""
 SHOWN_LAPS = 5
 
 
-def draw_scenery(sheet: Sheet, scenery: Scenery) -> None:
-    """Ground, walls, centerline: once."""
-    bounds = scenery.bounds()
-    low, high = bounds if bounds else (np.full(2, -UNKNOWN), np.full(2, UNKNOWN))
-    for name, every, colour in (("metres", 1, rgb(GRID, 0.25)), ("five_metres", 5, rgb(GRID))):
-        Strokes(sheet, f"{GROUND.node}/{name}", colour, 1.0).show(_grid(low - AROUND, high + AROUND, every))
+class Ground:
+    """Lines every metre and every five, around the track; where none is known, around the car."""
+
+    def __init__(self, sheet: Sheet, scenery: Scenery) -> None:
+        bounds = scenery.bounds()
+        low, high = bounds if bounds else (np.full(2, -UNKNOWN), np.full(2, UNKNOWN))
+        self._moves = bounds is None
+        self._lines = []
+        for name, every, colour in (("metres", 1, rgb(GRID, 0.25)), ("five_metres", 5, rgb(GRID))):
+            pen = Strokes(sheet, f"{GROUND.node}/{name}", colour, 1.0)
+            pen.show(_grid(low - AROUND, high + AROUND, every))
+            self._lines.append(pen)
+
+    def show(self, pose: Pose) -> None:
+        """The car is there."""
+        if self._moves:
+            x, y = (UNKNOWN * round(value / UNKNOWN) for value in pose[:2])
+            for pen in self._lines:
+                pen.move(x, y)
+
+
+def draw_walls(sheet: Sheet, scenery: Scenery) -> None:
+    """True walls and centerline, once."""
     seen = [wall for wall, visible in zip(scenery.walls, scenery.visible, strict=True) if visible and len(wall) > 1]
     low_ones = [wall for wall, visible in zip(scenery.walls, scenery.visible, strict=True) if not visible]
     if seen:

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from firstlap.view.frame import Points
-from firstlap.view.shapes import NOTHING, Segments, chain, column_in, joined, number_in, points_in
+from firstlap.view.shapes import NOTHING, Segments, chain, column_in, found_in, joined, number_in, points_in
 
 Values = npt.NDArray[np.float64]
 NO_VALUES: Values = np.zeros(0)
@@ -155,7 +155,7 @@ def _wall_of(trace: Mapping[str, Any], side: str, laser: Points, ahead: Points) 
 
 
 def _global(trace: Mapping[str, Any], geometry: Mapping[str, float]) -> Drawing:
-    plan = np.asarray(trace.get("plan", NOTHING), dtype=float)
+    plan = found_in(trace, ("plan",))
     plan = plan if plan.ndim == 2 and plan.shape[1] == 3 and np.isfinite(plan).all() else np.zeros((0, 3))
     return Drawing(
         returns=_returns(trace, geometry),

@@ -10,6 +10,7 @@ drawn on a `Sheet`, where the car stands on the map, and keeps its place between
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
@@ -88,6 +89,10 @@ class Strokes:
             self._handle.points = self._sheet.placed(segments)
         self._handle.visible = len(segments) > 0
 
+    def move(self, x: float, y: float) -> None:
+        """Everything of it, from where it was drawn [m]."""
+        self._handle.position = (x, y, 0.0)
+
 
 class SpeedLine:
     """A line coloured by a speed along it; width [m]."""
@@ -154,10 +159,16 @@ class Fan:
 
 def speed_colours(speed: npt.NDArray[np.float64], top: float) -> npt.NDArray[np.uint8]:
     """(N, 3) red, green, blue of speeds (N,) from 0 to `top` [m/s]."""
+    table = _speed_table()
+    share = np.clip(np.nan_to_num(speed) / max(top, 1e-6), 0.0, 1.0)
+    return table[np.rint((len(table) - 1) * share).astype(int)]
+
+
+@lru_cache
+def _speed_table() -> npt.NDArray[np.uint8]:
     from matplotlib import colormaps
 
-    table = colormaps[SPEED_MAP](np.clip(speed / max(top, 1e-6), 0.0, 1.0), bytes=True)
-    return np.asarray(table[:, :3])
+    return np.asarray(colormaps[SPEED_MAP](np.linspace(0.0, 1.0, 256), bytes=True)[:, :3])
 
 
 def _linear(colours: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:

@@ -166,6 +166,27 @@ class History:
         return ago, result
 
 
+def drawable(ago: Values, values: Values) -> tuple[Values, ...]:
+    """Columns of one plot as uPlot draws them: seconds and curves (STEPS,), without a NaN, which no axis survives.
+
+    Time before there was anything is drawn where it begins. A curve keeps its last value through a gap; one that has
+    none lies below the last one.
+    """
+    known = [curve for curve in values.T if np.isfinite(curve).any()]
+    if not known:
+        return (ago, *np.zeros_like(values.T))
+    begin = min(int(np.isfinite(curve).argmax()) for curve in known)
+    curves = [_filled(curve if np.isfinite(curve).any() else known[-1]) for curve in values.T]
+    return (np.maximum(ago, ago[begin]), *curves)
+
+
+def _filled(curve: Values) -> Values:
+    """(STEPS,) A gap as the value before it; what lies before the first value as that one."""
+    finite = np.isfinite(curve)
+    at = np.maximum.accumulate(np.where(finite, np.arange(len(curve)), -1))
+    return curve[np.where(at < 0, finite.argmax(), at)]
+
+
 class Plots:
     """The plots in a gui. `add` every frame, `draw` as often as a person can read."""
 
@@ -177,7 +198,7 @@ class Plots:
         for plot in PLOTS:
             last = first + len(plot.curves)
             self._heads.append(gui.add_html(""))
-            self._charts.append(_chart(gui, plot, (ago, *values[:, first:last].T)))
+            self._charts.append(_chart(gui, plot, drawable(ago, values[:, first:last])))
             first = last
 
     def add(self, frame: Frame) -> None:
@@ -190,7 +211,7 @@ class Plots:
         first = 0
         for plot, head, chart in zip(PLOTS, self._heads, self._charts, strict=True):
             last = first + len(plot.curves)
-            chart.data = tuple(np.ascontiguousarray(column) for column in (ago, *values[:, first:last].T))
+            chart.data = drawable(ago, values[:, first:last])
             head.content = head_of(plot, frame)
             first = last
 
@@ -217,7 +238,7 @@ def _chart(gui: viser.GuiApi, plot: Plot, data: tuple[Values, ...]) -> viser.Gui
         uplot.Series(label=str(i), stroke=curve.colour, width=curve.width, points={"show": False})
         for i, curve in enumerate(plot.curves)
     ]
-    scales: dict[str, uplot.Scale] = {"x": uplot.Scale(time=False)}
+    scales: dict[str, uplot.Scale] = {"x": uplot.Scale(time=False, range=(-SECONDS, 0.0))}
     if plot.lowest is not None:
         low = {"hard": plot.lowest, "soft": plot.lowest, "mode": 1}
         scales["y"] = uplot.Scale(range={"min": low, "max": {"pad": 0.1}})

@@ -31,20 +31,24 @@ LOST = 0.5
 LOOK = 0.1
 """[s] between two looks at whether everybody is still there."""
 FIRST = 5.0
-"""[s] that `start` waits for the driving node to say what it drives with."""
+"""[s]"""
 UNKNOWN = "sure"
 """The setup that is shown as long as no driving node has said its own."""
 
 
 class RosSource:
     """A `Source` that `Drives`. arguments: for ROS, as `ros_arguments` makes them. node: of the driver.
+    patience: [s] that `start` waits for that node to say what it drives with.
 
     `close` leaves the car as it is: it is not ours. One that was stopped here stays stopped.
     """
 
-    def __init__(self, arguments: list[str] | None = None, node: str = NODE, domain: int | None = None) -> None:
+    def __init__(
+        self, arguments: list[str] | None = None, node: str = NODE, domain: int | None = None, patience: float = FIRST
+    ) -> None:
         self._link = CarLink(arguments or ["--ros-args"], node, domain)
         self.title = node
+        self._patience = patience
         self.car: Car = load_car("default")
         self.scenery = Scenery()
         self._setup = self._loaded = load_setup(UNKNOWN)
@@ -69,7 +73,7 @@ class RosSource:
         self._began = time.monotonic()
         self._link.start(self._build, self._look, LOOK)
         self.title = f"{self._link.path} over ROS 2"
-        self._known.wait(FIRST)
+        self._known.wait(self._patience)
 
     def close(self) -> None:
         """Leaves."""
@@ -181,7 +185,7 @@ class RosSource:
 
     def _show_trace(self, told: Told, trace: dict[str, Any]) -> None:
         places = self._places
-        shown = trace or self._scan
+        shown = trace or self._fresh_scan()
         near = clearance(points_of(shown, geometry(self.car, "laser_x")), self.car)
         if near is not None and told.going:
             places.book.near(near)
@@ -195,13 +199,16 @@ class RosSource:
     def _show_without(self, why: str) -> None:
         """No trace comes: the newest scan, if there is one."""
         places, before = self._places, self._frame
-        fresh = time.monotonic() - self._scan_at < LOST
+        scan = self._fresh_scan()
         stamp, pose = places.newest()
         self._frame = Frame(
             self._next(), stamp, pose, places.speed, places.yaw_rate, before.steering_angle if before else 0.0,
-            "", self._scan if fresh else {}, 0.0, clearance=places.book.clearance, laps=places.book.laps,
-            going=before.going if before else False, said=self._with_trouble(why if fresh else f"{why}; no scan"),
+            "", scan, 0.0, clearance=places.book.clearance, laps=places.book.laps,
+            going=before.going if before else False, said=self._with_trouble(why if scan else f"{why}; no scan"),
         )  # fmt: skip
+
+    def _fresh_scan(self) -> dict[str, Any]:
+        return self._scan if time.monotonic() - self._scan_at < LOST else {}
 
     def _next(self) -> int:
         self._number += 1

@@ -9,14 +9,16 @@ import numpy as np
 import viser
 
 from firstlap.car_file import Car
+from firstlap.colours import FAINT, rgb
 from firstlap.view.car_shape import CarShape
-from firstlap.view.frame import Frame, Pose, Scenery
-from firstlap.view.layers import CAR, LAYERS, MAP
-from firstlap.view.local_shapes import LocalShapes
-from firstlap.view.map_shapes import LapLines, draw_scenery
+from firstlap.view.frame import Frame, Points, Pose, Scenery
+from firstlap.view.layers import BEFORE, CAR, LAYERS, MAP
+from firstlap.view.local_shapes import LocalShapes, points_of_path
+from firstlap.view.map_shapes import Ground, LapLines, draw_walls
 from firstlap.view.opponent_shapes import OpponentShapes
-from firstlap.view.pens import Sheet
-from firstlap.view.shapes import about_z, column_in
+from firstlap.view.opponents import draw
+from firstlap.view.pens import Sheet, Strokes
+from firstlap.view.shapes import NOTHING, about_z, chain, column_in
 
 SLOWEST_TOP = 2.0
 """[m/s] that the colours of speeds reach at least."""
@@ -29,18 +31,21 @@ class Scene:
         api = server.scene
         geometry: Mapping[str, float] = car.core.values()["geometry"]
         self._server = server
+        self._geometry = geometry
         self.top = SLOWEST_TOP
-        """[m/s] where the colours of planned speeds end: grows to whole numbers with what is planned."""
+        """[m/s] where the colours of planned speeds end: a whole number that grows with what is planned."""
         self._car = api.add_frame(CAR, show_axes=False)
         api.add_frame(MAP, show_axes=False)
         for layer in LAYERS:
             api.add_frame(layer.node, show_axes=False)
         _light(api)
         still = Sheet(api)
-        draw_scenery(still, scenery)
+        self._ground = Ground(still, scenery)
+        draw_walls(still, scenery)
         self._laps = LapLines(still)
         self._body = CarShape(still, geometry)
         self._sheet = Sheet(api)
+        self._before = Strokes(self._sheet, f"{BEFORE.node}/path", rgb(FAINT), 3.0)
         self._local = LocalShapes(self._sheet)
         self._others = OpponentShapes(self._sheet, geometry)
 
@@ -60,6 +65,16 @@ class Scene:
             self._others.show(frame.driver, frame.trace, self.top)
             self._body.show(frame.steering_angle, commanded(frame)[1])
             self._laps.show(frame.laps)
+            self._ground.show(self.pose)
+            self._before.show(chain(self._path_before(frame), 0.03))
+
+    def _path_before(self, frame: Frame) -> Points:
+        """(N, 2) Where the loaded setup would go."""
+        if frame.before is None:
+            return NOTHING
+        if frame.driver == "local":
+            return points_of_path(frame.before)
+        return draw(frame.driver, frame.before, self._geometry).aim
 
 
 def _light(api: viser.SceneApi) -> None:

@@ -23,12 +23,20 @@ Quaternion = tuple[float, float, float, float]
 NOTHING: Points = np.zeros((0, 2))
 
 
-def points_in(trace: Mapping[str, Any], *names: str) -> Points:
-    """(N, 2) under these names of a trace; none where there are none. Never raises."""
+def found_in(trace: Mapping[str, Any], names: tuple[str, ...]) -> npt.NDArray[np.float64]:
+    """What stands under these names of a trace, as numbers; empty where there is nothing or something else."""
     found: Any = trace
     for name in names:
         found = found.get(name) if isinstance(found, Mapping) else None
-    points = NOTHING if found is None else np.asarray(found, dtype=float)
+    try:
+        return np.asarray([] if found is None else found, dtype=float)
+    except (TypeError, ValueError):
+        return np.zeros(0)
+
+
+def points_in(trace: Mapping[str, Any], *names: str) -> Points:
+    """(N, 2) under these names of a trace; none where there are none. Never raises."""
+    points = found_in(trace, names)
     if points.ndim != 2 or points.shape[1] < 2:
         return NOTHING
     return points[np.isfinite(points[:, :2]).all(axis=1), :2]
@@ -36,19 +44,14 @@ def points_in(trace: Mapping[str, Any], *names: str) -> Points:
 
 def column_in(trace: Mapping[str, Any], *names: str) -> npt.NDArray[np.float64]:
     """(N,) under these names of a trace; empty where there is none. Never raises."""
-    found: Any = trace
-    for name in names:
-        found = found.get(name) if isinstance(found, Mapping) else None
-    values = np.zeros(0) if found is None else np.asarray(found, dtype=float)
+    values = found_in(trace, names)
     return values if values.ndim == 1 else np.zeros(0)
 
 
 def number_in(trace: Mapping[str, Any], *names: str) -> float:
     """A number under these names of a trace; NaN where there is none. Never raises."""
-    found: Any = trace
-    for name in names:
-        found = found.get(name) if isinstance(found, Mapping) else None
-    return float(found) if isinstance(found, (int, float, np.floating, np.integer)) else math.nan
+    value = found_in(trace, names)
+    return float(value) if value.ndim == 0 else math.nan
 
 
 def raised(points: Points, height: float) -> Vertices:

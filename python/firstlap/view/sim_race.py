@@ -101,7 +101,9 @@ class SimRace:
         if kind.needs_map:
             preparation = kind.prepare(self.track, setup, self.car, self.seed, preparing)
             self.driving = Driving(setup, self.car, preparation)
-            self.restart()
+            self.world.reset(CAR)
+            self._begin()
+            self.say(f"driver {kind.name} begins at the line")
         elif self.driving is not None and self.driving.setup.driver == setup.driver:
             self.driving.take(setup)
         else:

@@ -28,6 +28,8 @@ from firstlap.view.sim_race import CAR, Plan, make_world
 
 ASKED_EVERY = 0.02
 """[s] between two frames that are asked for, at least."""
+SILENCE = 2.0
+"""[s] without a frame after which the viewers are told."""
 PATIENCE = 0.5
 """[s] for the race to end by itself when it is told to, and again when it is told otherwise."""
 
@@ -67,7 +69,7 @@ class SimSource:
                 plan = Plan(
                     bare(self.track), packed(self.car), self._setup, self.seed, self._conditions.values, self._going
                 )
-                self._epoch, self._number = -1, self._frame.number + 1 if self._frame else 0
+                self._epoch = -1
                 self._race = _Race(plan, self._hear, self._died)
 
     def close(self) -> None:
@@ -154,7 +156,7 @@ class SimSource:
             if self._race is None:
                 self.start()
                 if self._frame:
-                    self._frame = replace(self._frame, number=self._number, said="another race begins")
+                    self._show(self._frame, said="another race begins")
             else:
                 self._tell("restart")
 
@@ -187,8 +189,7 @@ class SimSource:
 
     def _tell(self, *message: Any, may_fail: bool = False) -> None:
         """Raises InputError where there is no race any more."""
-        with self._lock:
-            race = self._race
+        race = self._race  # no lock: a stop waits for nothing
         if race is None and not (may_fail or self._frame is None):
             raise InputError("the race has ended: restart begins another")
         if race is not None:
@@ -204,7 +205,10 @@ class SimSource:
                 self._epoch = epoch
                 for lap in laps:
                     self._laps = with_lap(self._laps, lap)
-                self._frame = replace(frame, number=self._number + frame.number, laps=self._laps)
+                self._show(frame, laps=self._laps)
+        elif message[0] == "silence":
+            with self._lock:
+                self._show(self._frame or _nothing(self._world), said="the race does not answer")
         elif message[0] == "timing":
             self._timing = message[1:]
             self._timed.set()
@@ -215,8 +219,11 @@ class SimSource:
             if self._race is not race:
                 return
             self._race = None
-            last = self._frame or _nothing(self._world)
-            self._frame = replace(last, number=last.number + 1, going=False, said=f"the race has ended: {how}; restart")
+            self._show(self._frame or _nothing(self._world), going=False, said=f"the race has ended: {how}; restart")
+
+    def _show(self, frame: Frame, **changed: Any) -> None:
+        self._number += 1
+        self._frame = replace(frame, number=self._number, **changed)
 
 
 class _Race:
@@ -250,6 +257,8 @@ class _Race:
         last = 0.0
         try:
             while True:
+                while last and not self._connection.poll(SILENCE):
+                    self._hear(("silence",))
                 message = self._connection.recv()
                 answer = self._hear(message)
                 if message[0] == "frame":

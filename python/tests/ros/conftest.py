@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import itertools
 import os
-import signal
-import subprocess
-import sys
 import time
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import pytest
+from running import PATIENCE, Running
 
 from firstlap.errors import InputError
 from firstlap.ros import require_ros
+from firstlap.ros.domains import own_domain
 
 try:
     require_ros()
@@ -25,59 +24,25 @@ except InputError as missing:
 else:
     REASON = None
 
-DOMAINS = itertools.count(os.getpid())
-PATIENCE = 60.0
-"""[s] until a condition counts as never met: the machine may be busy."""
-
-
-class Running:
-    """A command of ours as a process; its output goes to a file."""
-
-    def __init__(self, folder: Path, domain: int, *arguments: str) -> None:
-        self.log = folder / f"{arguments[0]}-{len(list(folder.iterdir()))}.log"
-        environment = {**os.environ, "ROS_DOMAIN_ID": str(domain), "RCUTILS_COLORIZED_OUTPUT": "0"}
-        with self.log.open("w") as log:
-            self.process = subprocess.Popen(
-                [sys.executable, "-c", "from firstlap_command import main; main()", *arguments],
-                stdout=log,
-                stderr=subprocess.STDOUT,
-                cwd=folder,
-                env=environment,
-            )
-
-    @property
-    def said(self) -> str:
-        """Its output so far."""
-        return self.log.read_text()
-
-    def send(self, number: int) -> None:
-        """A signal."""
-        self.process.send_signal(number)
-
-    def wait(self, seconds: float = PATIENCE) -> int:
-        """Its exit code."""
-        return self.process.wait(seconds)
-
-    def end(self) -> None:
-        """However it stands."""
-        if self.process.poll() is None:
-            self.process.send_signal(signal.SIGCONT)
-            self.process.terminate()
-            try:
-                self.process.wait(10)
-            except subprocess.TimeoutExpired:
-                self.process.kill()
-                self.process.wait()
+LIMIT = 0.3
+"""[s] from a fault to the command to stop."""
+SETS_OFF = 0.25
+"""[s] from consent to the first command to move, before it is given again."""
+SILENT = 0.5
+"""[s] without a command."""
 
 
 class Lab:
     """Processes in one domain, and a probe that hears and speaks."""
 
-    def __init__(self, folder: Path) -> None:
+    sim: Running
+    drive: Running
+
+    def __init__(self, folder: Path, domain: int) -> None:
         from probe import Probe
 
         self.folder = folder
-        self.domain = 1 + next(DOMAINS) % 100
+        self.domain = domain
         self.running: list[Running] = []
         self.probe = Probe(self.domain)
 
@@ -85,6 +50,22 @@ class Lab:
         """Runs a command of ours."""
         self.running.append(Running(self.folder, self.domain, *arguments))
         return self.running[-1]
+
+    def start_sim(self, *arguments: str) -> None:
+        """The simulator that the tests share, or another in its place."""
+        self.sim = self.start("sim", *(arguments or ("arena",)))
+
+    def start_drive(self, *arguments: str) -> None:
+        """The driver that the tests share, or another in its place."""
+        self.drive = self.start("drive", *arguments)
+
+    def well(self) -> None:
+        """Both run, the driver is active, and the car moves: as the next test wants it."""
+        if self.sim.over:
+            self.start_sim()
+        if self.drive.over:
+            self.start_drive()
+        self.resume()
 
     def until(self, condition: Callable[[], Any], what: str, seconds: float = PATIENCE) -> Any:
         """Spins the probe until it holds; fails with what all processes said."""
@@ -103,12 +84,67 @@ class Lab:
         """The driver's consent, until the car moves: a busy machine may stop it again at once."""
 
         def moves() -> bool:
-            if self.probe.speed(drive) == 0.0:
+            heard = self.probe.commands[drive]
+            if not self.probe.moves(drive) and (not heard or heard[-1].speed == 0.0 or self.silent(drive)):
                 self.probe.trigger(f"{node}/resume")
-                self.probe.spin(0.05)
-            return self.probe.speed(drive) > 0.5
+                asked = time.monotonic()
+                while not self.probe.moves(drive) and time.monotonic() - asked < SETS_OFF:
+                    self.probe.spin(0.02)
+            return self.probe.moves(drive)
 
         self.until(moves, f"{drive} moves again")
+
+    def goes_on(self, *spaces: str) -> None:
+        """A busy machine may starve a node until it stops: the driver consents again. For conditions that wait."""
+        for space in spaces or ("",):
+            heard = self.probe.commands[f"{space}/drive"]
+            if heard and heard[-1].speed == 0.0:
+                self.probe.trigger(f"{space}/firstlap_drive/resume")
+        self.probe.spin(0.05)
+
+    def driven(self, condition: Callable[[], Any], what: str) -> Any:
+        """Waits as `until` for a car that is kept driving."""
+        return self.until(lambda: (self.goes_on(), condition())[1], what)
+
+    def silent(self, drive: str = "/drive") -> bool:
+        """Whether no command has come for a while."""
+        heard = self.probe.commands[drive]
+        return not heard or time.monotonic() - heard[-1].time > SILENT
+
+    def waits(self) -> dict[str, int]:
+        """{thread of a node or of the probe: [ns] so far that it was ready to run and the machine did not let it}."""
+        found = {}
+        for process in (os.getpid(), *(one.process.pid for one in self.running if not one.over)):
+            for file in Path(f"/proc/{process}/task").glob("*/schedstat"):
+                with suppress(OSError):
+                    found[file.parent.name] = int(file.read_text().split()[1])
+        return found
+
+    def kept_since(self, before: dict[str, int]) -> float:
+        """[s] that the machine kept them waiting since, at most: threads may have waited at the same time."""
+        return 1e-9 * sum(wait - before.get(thread, 0) for thread, wait in self.waits().items())
+
+    def stops_in_time(self, fault: Callable[[], object], drive: str = "/drive", known: bool = False) -> None:
+        """A fault is made; a stop must be commanded within LIMIT and what the machine kept the nodes waiting. known:
+        the fault is there as soon as `fault` begins, not when it has returned."""
+        heard = self.probe.commands[drive]
+        waits, since = self.waits(), time.monotonic()
+        fault()
+        since = since if known else time.monotonic()
+
+        def stop() -> float | None:
+            return next((one.time for one in heard if one.time >= since and one.speed == 0.0), None)
+
+        late = self.until(stop, "a stop") - since
+        kept = self.kept_since(waits)
+        assert late <= LIMIT + kept, f"stopped after {late:.3f} s, of which the machine took at most {kept:.3f} s"
+
+    def stays_stopped(self, commands: int, drive: str = "/drive") -> None:
+        """So many more come, and none but to stand."""
+        heard = self.probe.commands[drive]
+        before = len(heard)
+        self.until(lambda: len(heard) >= before + commands, "more stops")
+        assert {one.speed for one in heard[before:]} == {0.0}
 
     def close(self) -> None:
         """Ends everything."""
@@ -122,13 +158,14 @@ def _lab(folder: Path) -> Iterator[Lab]:
         pytest.skip(REASON)
     before = os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE")
     os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
-    lab = Lab(folder)
-    try:
-        yield lab
-    finally:
-        lab.close()
-        if before is None:
-            os.environ.pop("ROS_AUTOMATIC_DISCOVERY_RANGE")
+    with own_domain() as domain:
+        lab = Lab(folder, domain)
+        try:
+            yield lab
+        finally:
+            lab.close()
+            if before is None:
+                os.environ.pop("ROS_AUTOMATIC_DISCOVERY_RANGE")
 
 
 @pytest.fixture
@@ -137,11 +174,24 @@ def lab(tmp_path: Path) -> Iterator[Lab]:
     yield from _lab(tmp_path)
 
 
-@pytest.fixture(scope="module")
-def shared_lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Lab]:
-    """A domain for the tests of one file, with a car that laps."""
+@pytest.fixture(scope="session")
+def lab_of(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Iterator[Lab]]:
+    """Makes a domain for the tests of one file."""
+    return lambda name: _lab(tmp_path_factory.mktemp(name))
+
+
+@pytest.fixture(scope="session")
+def lapping_lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Lab]:
+    """A domain with a car that laps, for all tests that leave it so."""
     for lab in _lab(tmp_path_factory.mktemp("lab")):
-        lab.start("sim", "arena")
-        lab.start("drive")
-        lab.resume()
+        lab.start_sim()
+        lab.start_drive()
+        lab.well()
         yield lab
+
+
+@pytest.fixture
+def shared_lab(lapping_lab: Lab) -> Lab:
+    """The car that laps, well again whatever the test before did to it."""
+    lapping_lab.well()
+    return lapping_lab

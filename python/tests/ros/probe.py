@@ -14,8 +14,10 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import qos_profile_sensor_data
 from std_srvs.srv import Trigger
 
-STALL = 0.04
-"""[s] that the probe itself may be late before what it measures is about the machine."""
+PRESENT = 0.5
+"""[s] that a command is of the present."""
+AGAIN = 2.0
+"""[s] without an answer after which a service is asked again."""
 
 
 class Heard(NamedTuple):
@@ -39,16 +41,11 @@ class Probe:
         self.messages: dict[str, list[Any]] = {}
         self._clients: dict[str, Any] = {}
         self._publishers: dict[str, Any] = {}
-        self.last_spin = time.monotonic()
-        self.stalled = 0.0
         self.hear_drive("/drive")
 
     def spin(self, seconds: float) -> None:
-        """Handles what comes; notices when the machine gave it no time."""
-        began = time.monotonic()
+        """Handles what comes."""
         self.executor.spin_once(timeout_sec=seconds)
-        self.stalled = max(self.stalled, time.monotonic() - began - seconds, began - self.last_spin)
-        self.last_spin = time.monotonic()
 
     def hear_drive(self, topic: str) -> None:
         """Keeps the commands on a topic."""
@@ -69,6 +66,11 @@ class Probe:
         """Last commanded; 0 before anything was."""
         return self.commands[topic][-1].speed if self.commands[topic] else 0.0
 
+    def moves(self, topic: str = "/drive") -> bool:
+        """Whether somebody commands it to move at present."""
+        heard = self.commands[topic]
+        return bool(heard) and heard[-1].speed > 0.5 and time.monotonic() - heard[-1].time < PRESENT
+
     def publisher(self, kind: Any, topic: str) -> Any:
         """A publisher that somebody listens to."""
         if topic not in self._publishers:
@@ -77,8 +79,8 @@ class Probe:
                 self.spin(0.01)
         return self._publishers[topic]
 
-    def call(self, kind: Any, name: str, request: Any, seconds: float = 60.0) -> Any:
-        """The answer of a service."""
+    def call(self, kind: Any, name: str, request: Any, again: bool = True, seconds: float = 60.0) -> Any:
+        """The answer of a service. again: may be asked twice."""
         if name not in self._clients:
             self._clients[name] = self.node.create_client(kind, name)
         client = self._clients[name]
@@ -86,11 +88,15 @@ class Probe:
         while not client.service_is_ready():
             assert time.monotonic() < deadline, f"no service {name}"
             self.spin(0.01)
-        future = client.call_async(request)
-        while not future.done():
+        futures = [client.call_async(request)]
+        asked = time.monotonic()
+        while not (done := [future for future in futures if future.done()]):
             assert time.monotonic() < deadline, f"no answer from {name}"
+            if again and time.monotonic() - asked > AGAIN:  # the one who was asked is dead, and nobody knows it yet
+                asked = time.monotonic()
+                futures.append(client.call_async(request))
             self.spin(0.01)
-        return future.result()
+        return done[0].result()
 
     def trigger(self, name: str) -> Any:
         """Calls a std_srvs/Trigger."""
@@ -100,7 +106,7 @@ class Probe:
         """Whether a lifecycle transition was made."""
         request = ChangeState.Request()
         request.transition.id = transition
-        return bool(self.call(ChangeState, f"{name}/change_state", request).success)
+        return bool(self.call(ChangeState, f"{name}/change_state", request, again=False).success)
 
     def set(self, node: str, **values: Any) -> list[str]:
         """Sets parameters (double underscores are dots); the reasons why not, empty where they were taken."""

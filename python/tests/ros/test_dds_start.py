@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
+from lifecycle_msgs.msg import Transition
 from rcl_interfaces.srv import DescribeParameters, GetParameters
 
 import firstlap
@@ -16,8 +20,16 @@ pytestmark = pytest.mark.dds
 CONFIG = Path(__file__).resolve().parents[3] / "ros" / "firstlap_ros" / "config"
 
 
-def test_a_parameter_file_is_taken_and_every_parameter_has_its_range_and_description(lab: Any) -> None:
-    lab.start("drive", "--no-start", "--ros-args", "--params-file", str(CONFIG / "race.yaml"))
+@pytest.fixture(scope="module")
+def idle_lab(lab_of: Any) -> Iterator[Any]:
+    """A driver alone, that nobody has started."""
+    for lab in lab_of("idle"):
+        lab.start_drive("--no-start", "--ros-args", "--params-file", str(CONFIG / "race.yaml"))
+        yield lab
+
+
+def test_a_parameter_file_is_taken_and_every_parameter_has_its_range_and_description(idle_lab: Any) -> None:
+    lab = idle_lab
     fields = firstlap.load_setup("race").fields.fields
     names = [field.key for field in fields]
     node = "/firstlap_drive"
@@ -34,50 +46,72 @@ def test_a_parameter_file_is_taken_and_every_parameter_has_its_range_and_descrip
         assert field.type == "bool" or (ranges[0].from_value, ranges[0].to_value) == (field.min, field.max)
 
 
-def test_a_wrong_parameter_on_the_command_line_is_one_line(lab: Any) -> None:
-    drive = lab.start("drive", "--ros-args", "-p", "velocity_profile.v_max:=99.0")
-    lab.until(lambda: drive.process.poll() is not None, "its end")
-    assert drive.wait() == 2
-    (error,) = [line for line in drive.said.splitlines() if line.startswith("error:")]
+def test_a_node_is_not_activated_while_something_is_missing(idle_lab: Any) -> None:
+    lab = idle_lab
+    assert lab.probe.change_state(Transition.TRANSITION_CONFIGURE)
+    assert not lab.probe.change_state(Transition.TRANSITION_ACTIVATE)
+    assert lab.until(lambda: "not driving: no scan yet" in lab.drive.said, "the reason")
+    assert lab.probe.commands["/drive"] == []
+
+
+def test_a_wrong_parameter_on_the_command_line_is_one_line() -> None:
+    arguments = ["drive", "--ros-args", "-p", "velocity_profile.v_max:=99.0"]
+    command = [sys.executable, "-c", "from firstlap_command import main; main()", *arguments]
+    found = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    assert found.returncode == 2
+    (error,) = [line for line in found.stderr.splitlines() if line.startswith("error:")]
     assert "velocity_profile.v_max" in error
-    assert "Traceback" not in drive.said
+    assert "Traceback" not in found.stderr
 
 
-def test_preflight_finds_the_simulated_car_good_and_its_signs_right(lab: Any) -> None:
-    lab.start("sim", "arena")
-    preflight = lab.start("preflight", "--move", "--yes", "--json")
-    lab.until(lambda: preflight.process.poll() is not None, "its end")
-    checks = {one["name"]: one for one in json.loads(preflight.said)["checks"]}
-    holes = {name for name, one in checks.items() if not one["good"] and "hole" in one["said"]}
-    assert {name for name, one in checks.items() if not one["good"]} <= holes, "but for holes of a busy machine"
-    assert {"scan", "odometry", "laser's place", "drive"} <= set(checks)
-    assert holes or {"drive forward", "turn left"} <= set(checks)
+@pytest.fixture
+def free_car(shared_lab: Any) -> Iterator[Any]:
+    """The simulated car stands, and nobody drives it."""
+    lab = shared_lab
+    assert lab.probe.change_state(Transition.TRANSITION_DEACTIVATE)
+    lab.until(lab.silent, "silence")
+    assert lab.probe.trigger("/reset").success
+    yield lab
+    lab.until(lambda: lab.probe.change_state(Transition.TRANSITION_ACTIVATE), "the driver is active again")
 
 
-def test_preflight_says_what_is_missing(lab: Any) -> None:
-    lab.start("sim", "arena", "--ros-args", "-p", "nan_scans:=true", "-p", "scan_frame:=nowhere")
-    preflight = lab.start("preflight", "--json")
-    lab.until(lambda: preflight.process.poll() is not None, "its end")
-    assert preflight.wait() == 1
-    checks = {one["name"]: one for one in json.loads(preflight.said)["checks"]}
+def preflight(lab: Any, *arguments: str) -> tuple[int | None, dict[str, Any]]:
+    """Exit code and checks by name."""
+    running = lab.start("preflight", "--seconds", "1", "--json", *arguments)
+    lab.until(lambda: running.over, "its end")
+    return running.wait(), {one["name"]: one for one in json.loads(running.said)["checks"]}
+
+
+def test_preflight_finds_the_simulated_car_good_and_its_signs_right(free_car: Any) -> None:
+    for _attempt in range(6):
+        code, checks = preflight(free_car, "--move", "--yes")
+        wrong = {name: one["said"] for name, one in checks.items() if not one["good"] and "hole" not in one["said"]}
+        wrong.pop("moving", None)
+        assert wrong == {}
+        if "drive forward" in checks:
+            assert {"scan", "odometry", "laser's place", "drive", "turn left"} <= set(checks)
+            assert code == 0
+            return
+    pytest.skip("the machine is so busy that scans came with holes in six attempts, and preflight did not let it drive")
+
+
+def test_preflight_says_what_is_missing(free_car: Any) -> None:
+    lab = free_car
+    assert lab.probe.set("/firstlap_sim", nan_scans=True, scan_frame="nowhere") == ["", ""]
+    code, checks = preflight(lab)
+    assert lab.probe.set("/firstlap_sim", nan_scans=False, scan_frame="") == ["", ""]
+    assert code == 1
     assert "NaN" in checks["scan's beams"]["said"]
     assert "no transform from base_link to nowhere" in checks["laser's place"]["said"]
 
 
-def test_a_car_with_poor_odometry_drives_by_the_state_estimate(lab: Any, tmp_path: Path) -> None:
-    (tmp_path / "poor.yaml").write_text("sensors: {speed_noise: 0.3, yaw_rate_noise: 0.3, yaw_rate_bias: 0.2}\n")
-    sim = lab.start("sim", "arena", "--car", "poor.yaml", "--laps", "1", "--json")
-    fuse = ("fuse_state:=true", "imu_topic:=sensors/imu/raw", "speed_limit:=3.0")
-    noise = ("state_estimate.speed_sigma:=0.3", "state_estimate.yaw_rate_sigma:=0.3")
-    lab.start("drive", "--ros-args", *(text for one in (*fuse, *noise) for text in ("-p", one)))
-
-    def over() -> bool:
-        if lab.probe.commands["/drive"] and lab.probe.speed() == 0.0:
-            lab.probe.trigger("/firstlap_drive/resume")
-        lab.probe.spin(0.05)
-        return sim.process.poll() is not None
-
-    lab.until(over, "a lap", 120.0)
-    (car,) = json.loads(sim.said[sim.said.index("{") :])["cars"]
-    assert car["contacts"] == 0
-    assert len(car["laps"]) == 1
+def test_latency_is_measured_between_two_processes(tmp_path: Path) -> None:
+    command = [sys.executable, "-c", "from firstlap_command import main; main()", "latency", "--seconds", "2", "--json"]
+    found = subprocess.run(command, capture_output=True, text=True, timeout=180, cwd=tmp_path)
+    assert found.returncode == 0, found.stderr
+    told = json.loads(found.stdout)
+    assert told["scans"] == 80
+    assert 0 < told["answered"] <= 80
+    assert sum(count for _, count in told["histogram"]) == told["answered"]
+    times = told["scan_to_drive_ms"]
+    assert 0.0 < times["p50"] <= times["p90"] <= times["p99"] <= times["max"]
