@@ -47,7 +47,9 @@ PATIENCE = 40.0
 class Sight:
     """One page."""
 
-    def __init__(self, browser: Browser, address: str, width: int = 1000, height: int = 800, fine: float = 0.15) -> None:
+    def __init__(
+        self, browser: Browser, address: str, width: int = 1000, height: int = 800, fine: float = 0.15
+    ) -> None:
         self.context = browser.new_context(viewport={"width": width, "height": height})
         self.page: Page = self.context.new_page()
         self.page.add_init_script(COUNT)
