@@ -9,8 +9,8 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from conftest import SHOTS
 from PIL import Image
+from screens import SHOTS
 
 from firstlap.view.app import App, serve
 from firstlap.view.gate import Gate
@@ -75,7 +75,7 @@ class Sight:
 
     def text(self) -> str:
         """All that stands there, unfolded or not."""
-        return str(self.page.evaluate("document.getElementById('root').textContent"))
+        return str(self.page.evaluate("(document.getElementById('root') ?? document.body).textContent"))
 
     @property
     def connected(self) -> bool:
