@@ -92,7 +92,7 @@ gtest() {
 package() {
   command -v "${CXX:-g++}" >/dev/null || die "${CXX:-g++} is missing: sudo apt-get install g++"
   python_headers
-  say "building firstlap"
+  say "building firstlap: a C++ core, a simulator and their Python package, in one to three minutes"
   include="$(unpacked_python_include)"
   system_has_python_headers && include=""
   if [ -n "$include" ]; then
@@ -100,7 +100,16 @@ package() {
   else
     set --
   fi
+  alive & waits=$!
+  trap 'kill "$waits" 2>/dev/null || true' EXIT
   PATH="$PWD/.venv/bin:$PATH" uv_install --no-deps --no-build-isolation --reinstall-package firstlap "$@" --editable .
+  [ ! -t 2 ] || say ""
+}
+
+# A dot now and then, where someone watches.
+alive() {
+  [ -t 2 ] || return 0
+  while sleep 3; do printf '.' >&2; done
 }
 
 messages() {

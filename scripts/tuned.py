@@ -2,7 +2,7 @@
 
 Usage: scripts/tuned.py [--global SURVEY.json]... TUNED.json... >docs/tuning_results.md
 
---global: what `firstlap survey --driver global --json` printed; fills the column "against global".
+--global: what `firstlap survey --driver global --json` printed; fills the column "to global".
 """
 
 import argparse
@@ -13,17 +13,16 @@ from typing import Any
 
 HEAD = """# What tuning found
 
-Printed by `scripts/tuned.py` from `firstlap tune --json`. Every race differs in seed, grip, delays, mass, servo and
-start as of the field table in [parameters.md](parameters.md#tuning). Laps are mean flying laps in seconds on
-unseen seeds, which neither the search nor the choice had raced; `from` is the setup that the search was to beat, on the
-same seeds. `chosen on`: seeds x laps of the choice; the validation has 50 seeds x as many laps.
-Laps and processor time are of the search alone, of a resumed study of its last run; half of that time is what two free
-cores need. These are short searches: three minutes on two cores allow two to five times as much.
+Printed by `scripts/tuned.py` from `firstlap tune --json`, which `scripts/tune_maps.sh` runs for `arena` and maps. Every
+race differs in seed, grip, delays, mass, servo and start as of the field table in
+[parameters.md](parameters.md#tuning). Laps are mean flying laps in seconds on unseen seeds, which neither the search
+nor the choice had raced; `from` is the setup that the search was to beat, on the same seeds. `chosen on`: seeds x laps
+of the choice. `laps`: simulated in the search. `to global`: the tuned lap over the median lap of the driver `global`,
+which knows the map. On `arena` the search began without `local_arena`, which was found by tuning on it.
 
 ```sh
-firstlap tune MAP.yaml --budget N --json --judge check_laps=L --judge check_seeds=C --judge finalists=1 \\
-  --judge other_seeds=0 >MAP.json
-scripts/tuned.py *.json >docs/tuning_results.md
+scripts/tune_maps.sh MAPS OUT
+scripts/tuned.py OUT/*.json >docs/tuning_results.md
 ```
 
 """
@@ -46,8 +45,8 @@ def global_laps(paths: list[str]) -> dict[str, float]:
 def laps_table(found: list[dict[str, Any]], laps: dict[str, float]) -> str:
     """What was gained where, and at what price."""
     lines = [
-        "| track | from | lap | tuned | less | finished | clearance | chosen on | trials | laps | cpu s | to global |",
-        "|---|---|---|---|---|---|---|---|---|---|---|---|",
+        "| track | from | lap | tuned | less | finished | clearance | chosen on | trials | laps | to global |",
+        "|---|---|---|---|---|---|---|---|---|---|---|",
     ]
     for one in found:
         place = one["validation"]["places"][0]
@@ -64,7 +63,6 @@ def laps_table(found: list[dict[str, Any]], laps: dict[str, float]) -> str:
             f"{one['judge']['check_seeds']:g} x {one['judge']['check_laps']:g}",
             f"{one['trials']}",
             f"{one['laps']:.0f}",
-            f"{one['cpu_seconds']:.0f}" if "cpu_seconds" in one else "–",
             f"{tuned['lap'] / laps[name]:.3f}" if name in laps else "–",
         ]
         lines.append("| " + " | ".join(cells) + " |")
@@ -80,6 +78,24 @@ def seen_table(found: list[dict[str, Any]]) -> str:
         there = seen.get("lap_in_search", seen["lap"])
         lap = "the same" if same else "–" if there is None else f"{there:.2f}"
         lines.append(f"| {name_of(one['track'])} | {holds['lap']:.2f} | {lap} | {seen['failed']} of {seen['races']} |")
+    return "\n".join(lines)
+
+
+def elsewhere_table(found: list[dict[str, Any]]) -> str:
+    """The verdict, and where the tuned setup failed more than the other."""
+    lines = [
+        "| track | over-tuned | where it fails more | the other direction | other tracks |",
+        "|---|---|---|---|---|",
+    ]
+    for one in found:
+        validation = one["validation"]
+        other, *tracks = (place["tuned"] for place in validation["places"][1:])
+        worse = ", ".join(place["name"] for place in validation["places"] if place["worse"])
+        races = sum(row["races"] for row in tracks)
+        finished = f"{other['races'] - other['failed']} of {other['races']}"
+        elsewhere = f"{races - sum(row['failed'] for row in tracks)} of {races}"
+        verdict = "yes" if validation["over_tuned"] else "no"
+        lines.append(f"| {name_of(one['track'])} | {verdict} | {worse or '–'} | {finished} | {elsewhere} |")
     return "\n".join(lines)
 
 
@@ -106,6 +122,9 @@ def main() -> int:
     found = [one for one in found if one["holds"] and one["validation"]]
     sys.stdout.write(HEAD + laps_table(found, global_laps(arguments.surveys)))
     sys.stdout.write("\n\n## Fastest that holds, and fastest seen\n\n" + seen_table(found))
+    elsewhere = [one for one in found if len(one["validation"]["places"]) > 1]
+    if elsewhere:
+        sys.stdout.write("\n\n## Over-tuned?\n\nRaces finished elsewhere.\n\n" + elsewhere_table(elsewhere))
     sys.stdout.write("\n\n## Against the rules of thumb\n\nAs of `firstlap check`; (!) where a rule is broken.\n\n")
     sys.stdout.write(rules_table(found) + "\n")
     return 0

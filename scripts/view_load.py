@@ -1,7 +1,8 @@
 """Does watching slow the car? Step times and the beat of the scans in a shown race, without and with viewers.
 
 Viewers are processes of their own: plain clients that take every message as a browser does (`clients`), clients that
-stop reading as a browser that sleeps does (`sleepers`), or real browsers (`browsers`, wants playwright and chromium).
+stop reading as a browser that sleeps does (`sleepers`), or pages of a real browser (`browsers`, wants playwright and
+chromium; where it draws without a graphics card it takes all the processor there is).
 The kinds take turns within one run, so that what else the machine does falls on all of them. Prints a table in
 Markdown: the step by its thread's CPU clock and by the wall clock, how late scans were, and by how much the period
 between two scans was off, all in microseconds; and how many frames the page was shown a second.
@@ -29,7 +30,7 @@ from firstlap.view.sim_source import SimSource
 
 KINDS = ("clients", "sleepers", "browsers")
 CHROMIUM = "/usr/bin/chromium"
-ARRIVAL = 60.0
+ARRIVAL = 120.0
 """[s] in which all viewers must have come."""
 SETTLING = 2.0
 """[s] after it before anything counts."""
@@ -47,7 +48,7 @@ def main() -> None:
     parser.add_argument("--view", nargs=2, metavar=("KIND", "ADDRESS"), help=argparse.SUPPRESS)
     given = parser.parse_args()
     if given.view:
-        view(*given.view)
+        view(*given.view, given.viewers)
         return
     source = SimSource(load_track(given.track), load_setup(given.setup), load_car("default"))
     source.start()
@@ -68,9 +69,9 @@ def measured(source: SimSource, app: App, given: argparse.Namespace) -> dict[str
         for kind in ("nobody", *given.kinds):
             with viewers(app, kind, 0 if kind == "nobody" else given.viewers):
                 time.sleep(SETTLING)
-                source.timing()
+                source.timing(ARRIVAL)
                 time.sleep(given.seconds)
-                found[kind].append((*source.timing(), app.updates))
+                found[kind].append((*source.timing(ARRIVAL), app.updates))
     return found
 
 
@@ -97,8 +98,9 @@ def _pair(values: Any) -> str:
 @contextlib.contextmanager
 def viewers(app: App, kind: str, count: int) -> Iterator[None]:
     """So many processes that watch."""
-    command = [sys.executable, __file__, "--view", kind, f"127.0.0.1:{app.port}"]
-    processes = [subprocess.Popen(command, stdin=subprocess.PIPE) for _ in range(count)]
+    each = count if kind == "browsers" else min(count, 1)
+    command = [sys.executable, __file__, "--viewers", str(each), "--view", kind, f"127.0.0.1:{app.port}"]
+    processes = [subprocess.Popen(command, stdin=subprocess.PIPE) for _ in range(count // max(each, 1))]
     try:
         end = time.monotonic() + ARRIVAL
         while app.viewers < count:
@@ -114,21 +116,22 @@ def viewers(app: App, kind: str, count: int) -> Iterator[None]:
             time.sleep(0.05)
 
 
-def view(kind: str, address: str) -> None:
+def view(kind: str, address: str, count: int) -> None:
     """What a viewer's process does, until its input ends."""
     if kind == "browsers":
-        _browse(f"http://{address}/")
+        _browse(f"http://{address}/", count)
     else:
         _listen(address, kind == "sleepers")
 
 
-def _browse(address: str) -> None:
+def _browse(address: str, count: int) -> None:
     from playwright.sync_api import sync_playwright
 
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox", "--use-gl=swiftshader"])
-        page = browser.new_page(viewport={"width": 1280, "height": 800})
-        page.goto(address)
+        for _ in range(count):
+            page = browser.new_page(viewport={"width": 1280, "height": 800})
+            page.goto(address, wait_until="commit", timeout=1e3 * ARRIVAL)
         sys.stdin.read()
         browser.close()
 

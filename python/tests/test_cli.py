@@ -300,3 +300,17 @@ def test_a_track_may_be_named_like_markup_or_mathematics(cli, tmp_path):
     assert said.code == 0, said.err
     assert "[bold]x[/foo]" in said.out
     assert picture.exists()
+
+
+def test_the_help_of_every_command_speaks_no_python(cli):
+    import typer
+
+    from firstlap.cli import app
+
+    names = sorted(typer.main.get_command(app).commands)
+    assert {"race", "survey", "tune"} <= set(names)
+    for name in names:
+        text = cli(name, "--help").out
+        assert text.count("Usage: firstlap") == 1
+        for word in ("list[", "<str>", "...}..."):
+            assert word not in text, name

@@ -12,6 +12,7 @@ from PIL import Image, ImageDraw
 
 from firstlap.errors import InputError
 from firstlap.tracks.library import load_track
+from firstlap.tracks.map_region import COMFORTABLE_CELLS
 from firstlap.tracks.medial import distances
 from firstlap.tracks.ros_map import load_ros_map, parse_ros_map_yaml
 from firstlap.tracks.track import Track
@@ -322,7 +323,8 @@ def test_load_track_tells_a_map_from_a_track_file_by_its_content(tmp_path: Path)
 
 
 def test_a_large_map_is_read_in_bounded_time(tmp_path: Path) -> None:
-    image = drawn().resize((5440, 3840), Image.Resampling.NEAREST)
+    image = drawn().resize((3400, 2400), Image.Resampling.NEAREST)
+    assert image.width * image.height > 5 * COMFORTABLE_CELLS
     path = write(tmp_path, image, HEADER.replace("0.05", "0.02"))
     begin = time.perf_counter()
     with pytest.raises(InputError, match=r"closed loop|too large"):

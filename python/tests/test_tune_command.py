@@ -82,6 +82,18 @@ def test_tune_writes_setups_to_race_and_a_report_in_one_file(cli):
 
 
 @pytest.mark.usefixtures("no_pictures")
+def test_the_same_seed_and_number_of_trials_give_the_same_setups_with_any_number_of_workers(cli):
+    def found(name: str, workers: int) -> list[object]:
+        options = ["--name", name, "--workers", workers, "--no-validate", "--starts", "race"]
+        said = cli("tune", "oval", "--budget", 4, "--json", *QUICK, *options)
+        assert said.code == 0, said.err
+        roles = [said.json["holds"], said.json["seen"], said.json["compared_with"]]
+        return [{**role, "file": ""} for role in roles]
+
+    assert found("a", 1) == found("b", 2)
+
+
+@pytest.mark.usefixtures("no_pictures")
 def test_tune_serves_any_driver_of_the_registry(cli):
     options = [word if word != "a_y_max,v_max" else "v_max" for word in ALONE]
     found = cli("tune", "oval", "--driver", "gap", "--budget", 2, "--json", *options)
@@ -144,6 +156,10 @@ def test_a_study_of_another_track_or_another_search_is_refused(cli, tmp_path: Pa
         (["--fix", "k_ang", "--only", "k_ang"], "nothing is left"),
         (["--judge", "margin=9"], "margin"),
         (["--from", "bse"], "bse"),
+        (["--starts", "base,gap"], "gap"),
+        (["--starts", ","], "--starts"),
+        (["--judge", "frction=0.2"], "spread.friction"),
+        (["--judge", "zzz=0.2"], "known are friction"),
         (["--driver", "gapp"], "gapp"),
         (["--name", "../a"], "--name"),
         (["--out", "/proc/out"], "--out"),

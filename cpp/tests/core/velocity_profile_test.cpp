@@ -1,7 +1,9 @@
 #include "firstlap/velocity_profile.hpp"
 
 #include <cmath>
+#include <cstdint>
 #include <gtest/gtest.h>
+#include <string>
 
 #include "tests/core/random_inputs.hpp"
 
@@ -48,6 +50,15 @@ VelocityProfileParams free_params() {  // only one limit at a time is to act
   return p;
 }
 
+// The check of each run gets how to repeat it; the first that fails ends them.
+template <class Check>
+void in_random_runs(std::uint64_t standard_seed, Check check) {
+  const auto seed = scene::seed_or(standard_seed);
+  scene::RandomInputs random(seed);
+  for (int run = 0; run < scene::count_or(2000) && !::testing::Test::HasFatalFailure(); ++run)
+    check(random, scene::how_to_repeat(seed, run));
+}
+
 TEST(VelocityProfile, in_a_steady_curve_it_is_the_root_of_a_y_times_radius) {
   for (const double radius : {0.5, 1.0, 2.0, 4.0}) {
     VelocityProfileParams p = free_params();
@@ -92,9 +103,7 @@ TEST(VelocityProfile, v_min_outranks_the_grip_limit_in_a_tight_bend) {
 }
 
 TEST(VelocityProfile, a_higher_v_max_never_lowers_a_velocity) {
-  const auto seed = scene::seed_or(1);
-  scene::RandomInputs random(seed);
-  for (int run = 0; run < scene::count_or(2000); ++run) {
+  in_random_runs(1, [](scene::RandomInputs& random, const std::string& repeat) {
     auto low = random_path(random);
     auto high = low;
     VelocityProfileParams p = random_params(random);
@@ -104,16 +113,13 @@ TEST(VelocityProfile, a_higher_v_max_never_lowers_a_velocity) {
     p.v_max += random.uniform(0.0, 5.0);
     plan_velocity(speed, from, p, high);
     // With the friction ellipse a faster car may have less grip left to accelerate: see method.md, rho.
-    if (p.friction_ellipse) continue;
-    for (std::size_t i = 0; i < low.size(); ++i)
-      ASSERT_GE(high[i].velocity, low[i].velocity - 1e-12) << scene::how_to_repeat(seed, run);
-  }
+    if (p.friction_ellipse) return;
+    for (std::size_t i = 0; i < low.size(); ++i) ASSERT_GE(high[i].velocity, low[i].velocity - 1e-12) << repeat;
+  });
 }
 
 TEST(VelocityProfile, acceleration_and_braking_stay_within_their_limits_where_v_min_does_not_act) {
-  const auto seed = scene::seed_or(2);
-  scene::RandomInputs random(seed);
-  for (int run = 0; run < scene::count_or(2000); ++run) {
+  in_random_runs(2, [](scene::RandomInputs& random, const std::string& repeat) {
     auto path = random_path(random);
     const VelocityProfileParams p = random_params(random);
     const auto from = static_cast<std::size_t>(random.integer(0, static_cast<int>(path.size()) / 2));
@@ -124,35 +130,31 @@ TEST(VelocityProfile, acceleration_and_braking_stay_within_their_limits_where_v_
       const double v1 = path[i].velocity;
       const double a = (v1 * v1 - v0 * v0) / (2.0 * (path[i].s - path[i - 1].s));
       if (v1 > p.v_min + 1e-9) {
-        ASSERT_LE(a, p.a_x_max + 1e-6) << scene::how_to_repeat(seed, run) << " point " << i;
+        ASSERT_LE(a, p.a_x_max + 1e-6) << repeat << " point " << i;
       }
       if (v0 > p.v_min + 1e-9) {
-        ASSERT_GE(a, p.a_x_min - 1e-6) << scene::how_to_repeat(seed, run) << " point " << i;
+        ASSERT_GE(a, p.a_x_min - 1e-6) << repeat << " point " << i;
       }
     }
-  }
+  });
 }
 
 TEST(VelocityProfile, lateral_acceleration_stays_within_its_limit_where_v_min_does_not_act) {
-  const auto seed = scene::seed_or(3);
-  scene::RandomInputs random(seed);
-  for (int run = 0; run < scene::count_or(2000); ++run) {
+  in_random_runs(3, [](scene::RandomInputs& random, const std::string& repeat) {
     auto path = random_path(random);
     const VelocityProfileParams p = random_params(random);
     plan_velocity(random.uniform(0.0, p.v_max), 0, p, path);
     for (std::size_t i = 1; i < path.size(); ++i) {
       const double v = path[i].velocity;
       if (v > p.v_min + 1e-9) {
-        ASSERT_LE(v * v * std::abs(path[i].curvature), p.a_y_max + 1e-9) << scene::how_to_repeat(seed, run);
+        ASSERT_LE(v * v * std::abs(path[i].curvature), p.a_y_max + 1e-9) << repeat;
       }
     }
-  }
+  });
 }
 
 TEST(VelocityProfile, with_the_friction_ellipse_no_point_is_faster_than_without) {
-  const auto seed = scene::seed_or(4);
-  scene::RandomInputs random(seed);
-  for (int run = 0; run < scene::count_or(2000); ++run) {
+  in_random_runs(4, [](scene::RandomInputs& random, const std::string& repeat) {
     auto circle = random_path(random);
     auto ellipse = circle;
     VelocityProfileParams p = random_params(random);
@@ -162,36 +164,32 @@ TEST(VelocityProfile, with_the_friction_ellipse_no_point_is_faster_than_without)
     p.friction_ellipse = true;
     plan_velocity(speed, 0, p, ellipse);
     for (std::size_t i = 0; i < circle.size(); ++i)
-      ASSERT_LE(ellipse[i].velocity, circle[i].velocity + 1e-12) << scene::how_to_repeat(seed, run);
-  }
+      ASSERT_LE(ellipse[i].velocity, circle[i].velocity + 1e-12) << repeat;
+  });
 }
 
 TEST(VelocityProfile, at_the_end_of_what_is_seen_it_can_always_be_at_the_horizon_speed) {
-  const auto seed = scene::seed_or(5);
-  scene::RandomInputs random(seed);
-  for (int run = 0; run < scene::count_or(2000); ++run) {
+  in_random_runs(5, [](scene::RandomInputs& random, const std::string& repeat) {
     auto path = random_path(random);
     const VelocityProfileParams p = random_params(random);
     plan_velocity(random.uniform(0.0, p.v_max), 0, p, path);
     for (const TrajectoryPoint& q : path)
       ASSERT_LE(q.velocity, std::sqrt(p.v_horizon * p.v_horizon - 2.0 * p.a_x_min * (path.back().s - q.s)) + 1e-9)
-          << scene::how_to_repeat(seed, run);
-  }
+          << repeat;
+  });
 }
 
 TEST(VelocityProfile, before_the_end_it_never_falls_below_v_min) {
-  const auto seed = scene::seed_or(6);
-  scene::RandomInputs random(seed);
-  for (int run = 0; run < scene::count_or(2000); ++run) {
+  in_random_runs(6, [](scene::RandomInputs& random, const std::string& repeat) {
     auto path = random_path(random);
     const VelocityProfileParams p = random_params(random);
     plan_velocity(random.uniform(0.0, p.v_max), 0, p, path);
     for (std::size_t i = 1; i < path.size(); ++i) {
       const double left = path.back().s - path[i].s;
       const double end = std::sqrt(p.v_horizon * p.v_horizon - 2.0 * p.a_x_min * left);
-      ASSERT_GE(path[i].velocity, std::min(p.v_min, end) - 1e-9) << scene::how_to_repeat(seed, run);
+      ASSERT_GE(path[i].velocity, std::min(p.v_min, end) - 1e-9) << repeat;
     }
-  }
+  });
 }
 
 TEST(VelocityProfile, a_stop_stands_outside_the_clamp_to_v_min) {

@@ -31,7 +31,7 @@ from firstlap.tracks.library import load_track
 def perception(
     tracks: Annotated[
         list[str],
-        typer.Argument(metavar="TRACK...", help="Tracks as of `race`; all: every one of ours; random:1-20: twenty."),
+        typer.Argument(metavar="TRACK", help="Tracks as of `race`; all: every one of ours; random:1-20: twenty."),
     ],
     setup: SetupOption = "sure",
     changes: SetOption = None,

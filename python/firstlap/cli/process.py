@@ -31,6 +31,14 @@ class OutputGoneError(Exception):
 class Commands(typer.core.TyperGroup):
     """The commands, without the parser's own answers to Ctrl-C and to a closed pipe."""
 
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """As of the parser; its help says what to type by our own words alone."""
+        command = super().get_command(ctx, cmd_name)
+        for parameter in command.params if command else ():
+            if isinstance(parameter, typer.core.TyperArgument) or getattr(parameter, "is_flag", False):
+                vars(parameter)["display_type_rich"] = _no_type
+        return command
+
     def make_context(self, *arguments: Any, **options: Any) -> Any:
         """As of the parser; may print (--help, --version)."""
         with _passed_on():
@@ -40,6 +48,11 @@ class Commands(typer.core.TyperGroup):
         """Runs the chosen command."""
         with _passed_on():
             return super().invoke(ctx)
+
+
+def _no_type(ctx: Any) -> None:
+    """Of an argument that has a name and of a switch: <str>, <list[str]> or <bool> tell nobody more."""
+    del ctx
 
 
 @contextlib.contextmanager

@@ -32,7 +32,7 @@ from firstlap.tracks.library import load_track
 
 
 def robustness(
-    tracks: Annotated[list[str], typer.Argument(metavar="TRACK...", help="Tracks as of `survey`.")],
+    tracks: Annotated[list[str], typer.Argument(metavar="TRACK", help="Tracks as of `survey`.")],
     setup: SetupOption = "sure",
     changes: SetOption = None,
     sweeps: Annotated[

@@ -37,7 +37,7 @@ from firstlap.tracks.library import list_tracks, load_track
 def survey(
     tracks: Annotated[
         list[str],
-        typer.Argument(metavar="TRACK...", help="Tracks as of `race`; all: every one of ours; random:1-20: twenty."),
+        typer.Argument(metavar="TRACK", help="Tracks as of `race`; all: every one of ours; random:1-20: twenty."),
     ],
     driver: DriverOption = None,
     setup: SetupOption = None,

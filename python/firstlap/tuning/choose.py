@@ -12,8 +12,9 @@ from firstlap.tuning.spread import Conditions, checks
 from firstlap.tuning.study import Trial
 
 CHUNK = 5
-STAGE = 30
+STAGE = 15
 MOST_TRIES = 12
+USUAL_FAILURES = 4
 Progress = Callable[[str, int], object]
 """Called with what is done and how many races are over."""
 
@@ -46,6 +47,12 @@ class Choice:
     seen: Chosen | None
     tried: list[Chosen]
     compared: Verdict
+
+
+def usual_laps(judge: dict[str, float]) -> float:
+    """What a choice simulates, about: the finalists, the start and the fastest seen wholly, some that fail at once."""
+    races = (judge["finalists"] + 2) * judge["check_seeds"] + USUAL_FAILURES * STAGE
+    return races * judge["check_laps"]
 
 
 def choose(

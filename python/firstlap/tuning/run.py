@@ -9,7 +9,7 @@ from pathlib import Path
 from firstlap import __version__
 from firstlap.tracks.track import Track
 from firstlap.tuning.candidate import Problem
-from firstlap.tuning.choose import Choice, Chosen, choose
+from firstlap.tuning.choose import Choice, Chosen, choose, usual_laps
 from firstlap.tuning.pool import Pool
 from firstlap.tuning.search import Budget, Search
 from firstlap.tuning.session import Session
@@ -79,8 +79,7 @@ def tune(session: Session, study: Study, pool: Pool, budget: Budget, watch: Watc
         session.judge["slowest"],
     )
     search.done = lambda trial: watch.trial(search, trial)
-    judge = session.judge
-    search.laps_after = (judge["finalists"] + 2) * judge["check_seeds"] * judge["check_laps"]
+    search.laps_after = usual_laps(session.judge)
     search.run(budget)
     given = search.compared.given
     choice = choose(search.problem, study.ordered, given, pool, session.judge, session.seed, watch.races)

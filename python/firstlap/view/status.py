@@ -49,9 +49,10 @@ def status_of(frame: Frame, setup: str, rate: float) -> str:
     where = [f"{frame.time:.1f} s"]
     where += [f"{frame.way:.1f} m of way"] if frame.way is not None else []
     where += [f"{frame.offset:+.2f} m off the middle"] if frame.offset is not None else []
+    colour = "inherit" if frame.going else BAD
     # Its place is kept where there is nothing to say: what stands below must not move under the mouse.
     said = html.escape(frame.said)
-    words = f'<div style="color:{BAD};{_SAID}" title="{said}">{said}</div>'
+    words = f'<div style="color:{colour};{_SAID}" title="{said}">{said}</div>'
     return (
         '<div style="padding:.5em .75em 0;line-height:1.45">'
         '<div style="display:flex;align-items:center;justify-content:space-between">'

@@ -1,0 +1,24 @@
+#!/bin/sh
+# Tunes for arena and for every map in a folder of folders, one JSON file each; what is there already is left alone, and a
+# study that was interrupted goes on. Then: scripts/tuned.py OUT/*.json >docs/tuning_results.md
+#
+#   scripts/tune_maps.sh MAPS OUT [options of firstlap tune, such as --budget 3m]
+set -eu
+[ $# -ge 2 ] || { echo "usage: scripts/tune_maps.sh MAPS OUT [option...]" >&2; exit 2; }
+maps=$1 out=$2
+shift 2
+firstlap="$(dirname "$0")/../.venv/bin/firstlap"
+mkdir -p "$out"
+
+tune() {
+  name=$1
+  shift
+  [ ! -s "$out/$name.json" ] || return 0
+  "$firstlap" tune "$@" --name "$name" --study "$out/studies.db" --out "$out/$name" --json >"$out/$name.part"
+  mv "$out/$name.part" "$out/$name.json"
+}
+
+tune arena arena --starts sure,race "$@"
+for map in "$maps"/*/*.yaml; do
+  tune "$(basename "$map" .yaml)" "$map" "$@"
+done
