@@ -186,7 +186,7 @@ def stop_by(how: str, pit: Pit, sight: Sight) -> tuple[float, float, float]:
     else:
         sight.page.keyboard.press("Space")
     done = 0.001 * sight.count("done")
-    sight.until(lambda: abs(pit.source.latest().speed) < 0.05)
+    sight.until(lambda: any(not frame.going and abs(frame.speed) < 0.05 for _, frame in tuple(frames.seen)))
     frames.stop()
     told, first = next((at, frame) for at, frame in frames.seen if not frame.going)
     stood = next(at for at, frame in frames.seen if not frame.going and abs(frame.speed) < 0.05)
