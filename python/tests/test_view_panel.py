@@ -168,7 +168,7 @@ def whole_page(whole_wall: Wall) -> Iterator[Page]:
 @pytest.fixture
 def wall(whole_wall: Wall, monkeypatch: pytest.MonkeyPatch) -> Wall:
     """With a car as it was loaded, and less patience than people need."""
-    monkeypatch.setattr(knobs, "SETTLE", 0.1)
+    monkeypatch.setattr(knobs, "SETTLE", 0.2)
     monkeypatch.setattr(knobs, "HOLD", 0.1)
     whole_wall.source.anew()
     return whole_wall
@@ -213,7 +213,10 @@ def test_a_box_takes_values_between_the_steps(wall: Wall, page: Page) -> None:
     wait_until(lambda: wall.source.setup.get("k_ang") == 0.61234)
 
 
-def test_what_is_typed_on_the_way_to_a_number_never_drives(wall: Wall, page: Page) -> None:
+def test_what_is_typed_on_the_way_to_a_number_never_drives(
+    wall: Wall, page: Page, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(knobs, "SETTLE", 1.0)
     page.move("k_ang", 0, 0.3, 0.35)
     wait_until(lambda: wall.source.setup.get("k_ang") == 0.35)
     assert {"stanley.k_ang": 0.0} not in wall.source.changes
@@ -230,8 +233,11 @@ def test_a_value_out_of_range_is_refused_visibly(wall: Wall, page: Page, label: 
     assert wall.source.setup is before
 
 
-def test_leaving_the_box_of_an_impossible_value_does_not_make_it_the_nearest(wall: Wall, page: Page) -> None:
+def test_leaving_the_box_of_an_impossible_value_does_not_make_it_the_nearest(
+    wall: Wall, page: Page, monkeypatch: pytest.MonkeyPatch
+) -> None:
     before = wall.source.setup
+    monkeypatch.setattr(knobs, "SETTLE", 1.0)
     page.move("v_max", 99.0, 20.0)
     page.until(lambda: page.notices)
     assert "99" in page.notices[0]["body"]

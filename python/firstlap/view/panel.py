@@ -79,9 +79,10 @@ class Panel:
     def close(self) -> None:
         """See AnyPanel."""
         with self._desk.lock:
-            self._closed = True
-            for keys in self._keys:
-                keys.close()
+            if not self._closed:
+                self._closed = True
+                for keys in self._keys:
+                    keys.close()
 
     def _build_top(self) -> None:
         source = self._source

@@ -36,7 +36,7 @@ def rules_html(rules: list[Rule]) -> str:
     head = f"{len(broken)} of {len(rules)} rules broken" if broken else f"all {len(rules)} rules hold"
     advice = "; ".join(f"{rule.name}: {rule.remark}" for rule in broken)
     lines = [_line(f"<b>{head}</b>", not broken), *map(_rule, broken), *map(_rule, kept)]
-    below = f'<div style="height:2.7em;overflow:hidden" title="{escape(advice)}">{escape(advice)}</div>'
+    below = f'<div style="height:2.7em;overflow:hidden;color:{BAD}" title="{escape(advice)}">{escape(advice)}</div>'
     return f'<div class="firstlap-rules" style="{SMALL}">{"".join(lines)}{below}</div>'
 
 

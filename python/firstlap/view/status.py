@@ -51,7 +51,9 @@ def status_of(frame: Frame, setup: str, rate: float) -> str:
     where += [f"{frame.way:.1f} m of way"] if frame.way is not None else []
     where += [f"{frame.offset:+.2f} m off the middle"] if frame.offset is not None else []
     colour = "inherit" if frame.going else BAD
-    words = f'<div style="color:{colour};font-weight:600">{html.escape(frame.said)}</div>' if frame.said else ""
+    # Its place is kept where there is nothing to say: what stands below must not move under the mouse.
+    said = html.escape(frame.said)
+    words = f'<div style="color:{colour};{_SAID}" title="{said}">{said}</div>'
     return (
         '<div style="padding:.5em .75em 0;line-height:1.45">'
         '<div style="display:flex;align-items:center;justify-content:space-between">'
@@ -91,3 +93,4 @@ KEYS = {
 OTHER_KEYS = (("return", RETURN), ("free", FREE), ("aim", PATH), ("near", BAD))
 _SMALL = "padding:.5em .75em .4em;font-size:.75em;line-height:1.4"
 _BADGE = "color:#fff;border-radius:.7em;padding:.1em .7em;font-weight:600;font-size:.9em"
+_SAID = "font-weight:600;height:1.45em;white-space:nowrap;overflow:hidden;text-overflow:ellipsis"

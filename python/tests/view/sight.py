@@ -6,11 +6,16 @@ import io
 import re
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from conftest import SHOTS
 from PIL import Image
+from screens import SHOTS
+
+from firstlap.view.app import App, serve
+from firstlap.view.gate import Gate
+from firstlap.view.panel import Panel, WatchPanel
+from firstlap.view.source import Source
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Locator, Page
@@ -31,15 +36,20 @@ window.Worker = class extends Plain {
 };
 const tick = () => { window.drawn += 1; requestAnimationFrame(tick); };
 requestAnimationFrame(tick);
+window.done = 0;
+for (const kind of ["pointerup", "keydown"]) addEventListener(kind, () => { window.done = Date.now(); }, true);
 """
-"""Counts in the page what reaches it: batches of messages that move the scene, and pictures drawn."""
-PATIENCE = 15.0
+"""Counts in the page what reaches it: batches of messages that move the scene, and pictures drawn; and when [ms] a
+person last did something."""
+PATIENCE = 40.0
 
 
 class Sight:
     """One page."""
 
-    def __init__(self, browser: Browser, address: str, width: int = 1100, height: int = 800, fine: float = 0.3) -> None:
+    def __init__(
+        self, browser: Browser, address: str, width: int = 1000, height: int = 800, fine: float = 0.15
+    ) -> None:
         self.context = browser.new_context(viewport={"width": width, "height": height})
         self.page: Page = self.context.new_page()
         self.page.add_init_script(COUNT)
@@ -65,11 +75,12 @@ class Sight:
 
     def text(self) -> str:
         """All that stands there, unfolded or not."""
-        return str(self.page.evaluate("document.body.textContent"))
+        return str(self.page.evaluate("(document.getElementById('root') ?? document.body).textContent"))
 
     @property
     def connected(self) -> bool:
-        """As the page has it."""
+        """As the page has it, which goes on trying while it has the focus."""
+        self.page.bring_to_front()
         return (
             self.page.locator(".tabler-icon-cloud-check").count() > 0
             and not self.page.locator(".mantine-Loader-root").count()
@@ -96,13 +107,12 @@ class Sight:
 
     def slide(self, label: str, share: float) -> None:
         """The mouse takes a slider there, from 0 to 1."""
-        track = self.row(label)
-        area = track.bounding_box()
+        area = self.row(label).bounding_box()
         assert area is not None
-        y = 0.35 * area["height"]
-        track.hover(position={"x": share * area["width"] + 12.0, "y": y})
+        x, y = area["x"] + share * area["width"], area["y"] + 0.5 * area["height"]
+        self.page.mouse.move(x + 12.0, y)
         self.page.mouse.down()
-        track.hover(position={"x": share * area["width"], "y": y})
+        self.page.mouse.move(x, y, steps=3)
         self.page.mouse.up()
 
     def picture(self, name: str) -> np.ndarray:
@@ -111,10 +121,20 @@ class Sight:
         return np.asarray(Image.open(io.BytesIO(raw)).convert("RGB"), dtype=int)
 
     def count(self, name: str) -> int:
-        """What COUNT counted."""
+        """What COUNT counted, or noted."""
         return int(self.page.evaluate(f"window.{name}"))
 
 
 def near(picture: np.ndarray, colour: tuple[int, int, int], within: int = 40) -> int:
     """Pixels of that colour."""
     return int((np.abs(picture - np.asarray(colour)).max(axis=2) <= within).sum())
+
+
+def wall(source: Source, token: str | None = None) -> tuple[Gate, App]:
+    """As `firstlap view` puts it together."""
+
+    def panel(client: Any, may_control: bool, on_map: Any) -> Any:
+        return Panel(client, source, on_map=on_map) if may_control else WatchPanel(client, source)
+
+    gate = Gate(token)
+    return gate, serve(source, port=0, gate=gate, panel=panel)
