@@ -1,7 +1,8 @@
 """Lets the map-based driver down at many places of a lap and counts contacts. 1 where there was one.
 
 MODE: lost (no pose from then on), kidnap (the filter is displaced by 0.5 m), wall (one across the road that the map
-does not know: round a bend the car may see it too late to stop). Needs the extra `global`.
+does not know: round a bend the car may see it too late to stop), box (one 1 m wide appears on the car's line where its
+nose is --sight shortest stopping distances away, see `robustness.stopping_distance`). Needs the extra `global`.
 """
 
 from __future__ import annotations
@@ -15,12 +16,14 @@ import numpy as np
 
 from firstlap.car_file import Car, load_car
 from firstlap.drivers.registry import Preparation, driver_kind
-from firstlap.race import start_race
+from firstlap.race import race, start_race
+from firstlap.robustness import RUN_UP, Box, boxes, stopping_distance
 from firstlap.setup_file import Setup, choose_setup
 from firstlap.tracks.library import load_track
 from firstlap.tracks.track import Track
 
 KIDNAP, HALF_WALL, AFTER = 0.5, 1.2, 3.5
+BOX_WIDTH = 1.0
 
 
 def walled(track: Track, s: float) -> Track:
@@ -59,16 +62,55 @@ def drive(track: Track, setup: Setup, car: Car, prepared: Preparation, mode: str
     return race.result(), then
 
 
+def to_box(track: Track, setup: Setup, car: Car, prepared: Preparation, box: Box) -> tuple[Any, float, float]:
+    """From a run-up to a box and a stop: the result, the speed when it appeared, and the stopping distance then [m]."""
+    handle = driver_kind("global").make(setup.params(car.core), car, prepared)
+    options = {"start_s": box.s - RUN_UP, "obstacle_at": RUN_UP, "obstacle_offset": box.offset, "stuck_time": 0.5}
+    options |= {"obstacle_sight": box.sight, "obstacle_width": BOX_WIDTH}
+    running = start_race(track, handle, car, laps=1, seed=2, options=options)
+    while running.advance(1):
+        pass
+    result = running.result()
+    seen = result["obstacle"]
+    lateral = abs(seen["speed"] * seen["yaw_rate"])
+    return result, seen["speed"], stopping_distance(car, seen["speed"], lateral)
+
+
+def check_boxes(track: Track, setup: Setup, car: Car, prepared: Preparation, given: argparse.Namespace) -> int:
+    """One row per place: contacts with boxes seen early enough that the car could have stopped."""
+    reference = race(track, setup, car, laps=2, preparation=prepared)
+    contacts = runs = 0
+    print("at m   m/s  sight m  stop m   outcome     end m/s  clearance m")
+    for box in list(boxes(reference, car, given.places, given.sight))[1::3]:
+        result, speed, least = to_box(track, setup, car, prepared, box)
+        possible = box.sight >= least
+        runs += possible
+        contacts += possible and result["contact"] is not None
+        print(
+            f"{box.s:5.1f}  {speed:4.1f}   {box.sight:5.2f}   {least:5.2f}   {result['outcome']:10s}  "
+            f"{result['path']['speed'][-1]:5.2f}    {result['obstacle']['clearance']:5.2f}"
+            f"{'' if possible else '   nearer than it can stop'}",
+            flush=True,
+        )
+    print(f"{contacts} contacts of {runs} seen from {given.sight:g} stopping distances or more")
+    return 1 if contacts else 0
+
+
 def main() -> int:
     """One row per place."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("track")
-    parser.add_argument("mode", choices=("lost", "kidnap", "wall"))
+    parser.add_argument("mode", choices=("lost", "kidnap", "wall", "box"))
     parser.add_argument("--car", default="default")
     parser.add_argument("--places", type=int, default=18)
+    parser.add_argument("--sight", type=float, default=1.5, help="shortest stopping distances, for box")
+    parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE")
     given = parser.parse_args()
     track, car, setup = load_track(given.track), load_car(given.car), choose_setup("global", None)
+    setup = setup.with_assignments(given.set)
     prepared = driver_kind("global").prepare(track, setup, car, 1, None)
+    if given.mode == "box":
+        return check_boxes(track, setup, car, prepared, given)
     rng = np.random.default_rng(1)
     contacts = 0
     print("at m   m/s    outcome     end m/s")

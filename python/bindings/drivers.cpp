@@ -114,7 +114,9 @@ void bind_drivers(nb::module_& m) {
   nb::class_<CallbackDriver, Driver>(m, "CallbackDriver", "A driver that is written in Python.")
       .def(nb::init<nb::object>(), nb::arg("driver"),
            "`driver` has reset() and step(ranges, speed, yaw_rate, steering_angle, dt, header) -> (speed, "
-           "steering_angle, status); header is a dict as of a scan. What it raises ends the race.");
+           "steering_angle, status); header is a dict as of a scan. What it raises ends the race.")
+      .def("raise_error", &CallbackDriver::raise_error,
+           "Raises what the Python object raised, once; until its reset the car is told to stop.");
 }
 
 }  // namespace firstlap::bindings

@@ -120,6 +120,17 @@ void bind_world(nb::module_& m) {
             world.kick(checked(world, car), lateral_speed, yaw_rate);
           },
           nb::arg("car"), nb::arg("lateral_speed"), nb::arg("yaw_rate"), "A shove [m/s], [rad/s].")
+      .def(
+          "fits",
+          [](const World& world, std::size_t car, double x, double y, double yaw) {
+            return world.fits(checked(world, car), {x, y, yaw});
+          },
+          nb::arg("car"), nb::arg("x"), nb::arg("y"), nb::arg("yaw"),
+          "Whether it could stand there, on no wall and on no other car.")
+      .def("change", &World::change, nb::arg("car"), nb::arg("mu_scale"),
+           "The cars are like this from here on; they go on from where they are. Raises ValueError for parameters that "
+           "cannot be, and for other beams, another rate of the lidar or another vehicle.model; then nothing has "
+           "changed.")
       .def("truth", &truth, nb::arg("car"), "Pose in the map frame and true motion, SI.")
       .def("measured", &measured, nb::arg("car"),
            "Speed, yaw rate and wheel angle at the last scan, as the car has it.")
@@ -134,6 +145,9 @@ void bind_world(nb::module_& m) {
       .def(
           "clearance", [](const World& world, std::size_t car) { return world.clearance(checked(world, car)); },
           nb::arg("car"), "Smallest distance to a wall [m] since the reset.")
+      .def(
+          "lap_clearance", [](const World& world, std::size_t car) { return world.lap_clearance(checked(world, car)); },
+          nb::arg("car"), "Smallest distance to a wall [m] in the lap so far, inf at its start.")
       .def_prop_ro("header", &header, "angle_min, angle_increment, time_increment, range_min, range_max of a scan.")
       .def_prop_ro("time", &World::time, "[s]")
       .def_prop_ro("period", &World::period, "[s] between scans.")

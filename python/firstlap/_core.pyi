@@ -198,6 +198,11 @@ class CallbackDriver(Driver):
         `driver` has reset() and step(ranges, speed, yaw_rate, steering_angle, dt, header) -> (speed, steering_angle, status); header is a dict as of a scan. What it raises ends the race.
         """
 
+    def raise_error(self) -> None:
+        """
+        Raises what the Python object raised, once; until its reset the car is told to stop.
+        """
+
 class Track:
     """Walls and a closed centerline, as the simulator takes them."""
 
@@ -558,6 +563,14 @@ class World:
     def kick(self, car: int, lateral_speed: float, yaw_rate: float) -> None:
         """A shove [m/s], [rad/s]."""
 
+    def fits(self, car: int, x: float, y: float, yaw: float) -> bool:
+        """Whether it could stand there, on no wall and on no other car."""
+
+    def change(self, car: Car, mu_scale: float) -> None:
+        """
+        The cars are like this from here on; they go on from where they are. Raises ValueError for parameters that cannot be, and for other beams, another rate of the lidar or another vehicle.model; then nothing has changed.
+        """
+
     def truth(self, car: int) -> dict:
         """Pose in the map frame and true motion, SI."""
 
@@ -578,6 +591,9 @@ class World:
 
     def clearance(self, car: int) -> float:
         """Smallest distance to a wall [m] since the reset."""
+
+    def lap_clearance(self, car: int) -> float:
+        """Smallest distance to a wall [m] in the lap so far, inf at its start."""
 
     @property
     def header(self) -> tuple:

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from firstlap.compare import Comparison, Entry
 from firstlap.compare_record import Line
 from firstlap.plot import BAD, FAINT, INK, bare, draw_road, draw_start, draw_walls, new_figure, save
+from firstlap.text import counted, short_name
 
 COLOURS = ("#6a1b9a", "#e8710a", "#1f77b4", "#2e7d32", "#c2185b", "#00838f", "#8d6e63", "#455a64", "#9e9d24", "#d84315")
 
@@ -23,10 +24,9 @@ def plot_comparison(comparison: Comparison, path: str | Path) -> None:
 def comparison_figure(comparison: Comparison) -> Figure:
     """Track with the lines of the fastest laps, their speeds, and all flying laps as bars."""
     figure = new_figure(15.0, 10.5)
-    name = comparison.track.name
-    title = f"{Path(name).stem if '/' in name else name}, {comparison.track.length:.1f} m"
+    title = f"{short_name(comparison.track.name)}, {comparison.track.length:.1f} m"
     figure.text(0.03, 0.965, title, fontsize=19, fontweight="bold", color=INK, va="center", parse_math=False)
-    details = f"car {comparison.car.name}   ·   {comparison.laps} laps x {comparison.seeds} seeds"
+    details = f"car {comparison.car.name}   ·   {counted(comparison.laps, 'lap')} x {counted(comparison.seeds, 'seed')}"
     details += f"   ·   latency {comparison.latency}   ·   the lines are the fastest flying laps"
     figure.text(0.97, 0.965, details, fontsize=11, color=INK, va="center", ha="right", parse_math=False)
     lines = {entry.label: _fastest(entry) for entry in comparison.entries}
@@ -73,7 +73,7 @@ def _draw_bars(axes: Axes, comparison: Comparison, colours: dict[str, str]) -> N
         colour = colours[entry.label]
         if times:
             axes.barh(row, summary["median"], height=0.62, color=colour, alpha=0.35, zorder=2)
-            heights = row + np.linspace(-0.22, 0.22, len(times))
+            heights = row + (np.linspace(-0.22, 0.22, len(times)) if len(times) > 1 else np.zeros(1))
             axes.plot(times, heights, "o", color=colour, markersize=3, alpha=0.7, zorder=3)
             axes.text(max(times), row, f"  {summary['median']:.2f}", va="center", fontsize=10.5, color=INK,
                       fontweight="bold", zorder=5)  # fmt: skip
@@ -85,7 +85,7 @@ def _draw_bars(axes: Axes, comparison: Comparison, colours: dict[str, str]) -> N
     axes.set_yticks(range(len(comparison.entries)), [entry.label for entry in comparison.entries], fontsize=10)
     axes.set_ylim(len(comparison.entries) - 0.4, -0.6)
     if everything:
-        axes.set_xlim(0.0, 1.15 * max(everything))
+        axes.set_xlim(0.0, 1.25 * max(everything))
     axes.tick_params(length=0, colors=INK)
     for name, spine in axes.spines.items():
         spine.set_visible(name == "bottom")

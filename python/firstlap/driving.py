@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from firstlap import _core
-from firstlap.car_file import CAR_FIELDS
+from firstlap.car_file import CAR_FIELDS, Car
 from firstlap.drivers.registry import Handle, Preparation, driver_kind
 from firstlap.errors import InputError
 from firstlap.parameters import Field, Value
@@ -17,12 +17,15 @@ LASER_X = "car.laser_x"
 
 
 class Driving:
-    """setup, driver: as of `firstlap race`. Raises InputError."""
+    """setup: as of `firstlap race`. car: its body replaces what the setup does not say itself. preparation: of a driver
+    that needs a map, which begins anew with every change. Raises InputError."""
 
-    def __init__(self, setup: Setup) -> None:
+    def __init__(self, setup: Setup, car: Car | None = None, preparation: Preparation | None = None) -> None:
         self.setup = setup
+        self.car = car
+        self.preparation = preparation or Preparation()
         self.kind = driver_kind(setup.driver)
-        if self.kind.needs_map:
+        if self.kind.needs_map and preparation is None:
             raise InputError(f"driver {self.kind.name} needs a map of the track: it cannot drive a car that knows none")
         self.laser_x: float | None = None
         self.handle = self._new()
@@ -45,7 +48,10 @@ class Driving:
 
     def change(self, values: Mapping[str, Value]) -> None:
         """New parameters while driving. Raises InputError, and then nothing has changed."""
-        setup = self.setup.with_values(values)
+        self.take(self.setup.with_values(values))
+
+    def take(self, setup: Setup) -> None:
+        """Another setup of the same driver while driving. Raises InputError, and then nothing has changed."""
         before, self.setup = self.setup, setup
         try:
             self._apply()
@@ -87,10 +93,10 @@ class Driving:
             self.handle = self._new()
 
     def _new(self) -> Handle:
-        return self.kind.make(self._params(), None, Preparation())
+        return self.kind.make(self._params(), self.car, self.preparation)
 
     def _params(self) -> _core.Params:
-        params = self.setup.params()
+        params = self.setup.params(self.car.core if self.car else None)
         if self.laser_x is not None and "car" in self.kind.fields.sections:
             params.set("car", "laser_x", self.laser_x)
         return params

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,6 +17,7 @@ from firstlap.race import start_race
 from firstlap.recordings.recording import Recording
 from firstlap.replay import batches, driver_for, prepared
 from firstlap.setup_file import Setup
+from firstlap.text import short_name
 from firstlap.tracks.track import Track
 
 
@@ -61,7 +61,7 @@ def explain_race(track: Track, setup: Setup, car: Car, at: float, *, seed: int, 
     outcome = "" if going else running.result()["outcome"]
     x, y, yaw = running.pose
     return Moment(
-        title=f"{Path(track.name).stem if '/' in track.name else track.name}, {_way(running):.1f} m",
+        title=f"{short_name(track.name)}, {_way(running):.1f} m",
         subtitle=f"{'reverse, ' if reverse else ''}{setup.title}, car {car.name}, seed {seed}, "
         f"{running.time:.2f} s after the start",
         driver=setup.driver,

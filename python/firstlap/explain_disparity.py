@@ -24,12 +24,13 @@ from firstlap.explain_scene import (
     stroke,
 )
 from firstlap.plot import BAD, INK
+from firstlap.text import signed
 
 
 def draw_disparity(moment: Moment) -> Figure:
     """The figure of a step of the driver `disparity`."""
     trace = moment.trace
-    facts = f"aim {math.degrees(trace['aim']):+.1f}°, free {trace['aim_free']:.2f} m"
+    facts = f"aim {signed(math.degrees(trace['aim']), 1)}°, free {trace['aim_free']:.2f} m"
     for side in ("left", "right"):
         if trace[f"held_{side}"]:
             facts += f"   no turning {side}: too near"

@@ -26,14 +26,14 @@ from firstlap.explain_scene import (
     stroke,
 )
 from firstlap.plot import BAD, INK
+from firstlap.text import signed
 
 
 def draw_gap(moment: Moment) -> Figure:
     """The figure of a step of the driver `gap`."""
     trace = moment.trace
-    facts = (
-        f"aim {math.degrees(trace['aim']):+.1f}°, free {trace['aim_free']:.2f} m   arc free {trace['arc_free']:.2f} m"
-    )
+    aim = f"aim {signed(math.degrees(trace['aim']), 1)}°, free {trace['aim_free']:.2f} m"
+    facts = f"{aim}   arc free {trace['arc_free']:.2f} m"
     figure, scene, panel = opponents_figure(moment, facts)
     angle_panel(panel, "how far the car could go [m]")
     if len(trace["free"]) == 0:

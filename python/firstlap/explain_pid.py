@@ -12,6 +12,7 @@ from firstlap.explain import Moment
 from firstlap.explain_plot import PATH
 from firstlap.explain_scene import draw_arc, legend, opponents_figure, rays, stroke
 from firstlap.plot import BAD, INK, LEFT, RIGHT
+from firstlap.text import signed
 
 TERMS = (("p_term", "k_p e"), ("i_term", "∫ k_i e"), ("d_term", "k_d de/dt"))
 
@@ -68,8 +69,8 @@ def _draw_terms(axes: Axes, moment: Moment) -> None:
     for row, value in enumerate(values):
         axes.barh(row, value, height=0.58, color=INK if row == len(TERMS) else PATH, alpha=0.9, zorder=3)
         shift = 0.02 * reach * (1 if value >= 0 else -1)
-        axes.text(value + shift, row, f"{value:+.2f}°", va="center", ha="right" if value >= 0 else "left", fontsize=10,
-                  color=INK, zorder=4)  # fmt: skip
+        side = "right" if value >= 0 else "left"
+        axes.text(value + shift, row, f"{signed(value, 2)}°", va="center", ha=side, fontsize=10, color=INK, zorder=4)
     limit = math.degrees(moment.car["steering_limit"])
     for sign in (-1, 1) if limit < reach else ():
         axes.axvline(sign * limit, color=BAD, linewidth=0.8, linestyle=(0, (2, 2)), zorder=1)

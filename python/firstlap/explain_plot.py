@@ -16,17 +16,17 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon, Rectangle
 
+from firstlap.colours import DROPPED, GOOD, GRID, LINE, PAIR, WALL
+from firstlap.colours import PATH as PATH
 from firstlap.drivers.registry import driver_kind
 from firstlap.explain import Moment
 from firstlap.plot import BAD, FAINT, INK, LEFT, PAPER, RIGHT, coloured_line, new_figure, save, write
+from firstlap.text import signed
 
-PATH = "#6a1b9a"
-LINE = "#2e7d32"
 SCENE = (0.03, 0.075, 0.63, 0.835)
 SIZE = (16.0, 9.2)
 REACH = (-4.0, 10.5, -7.0, 7.0)
 BOTH = 3
-GOOD = "#2e7d32"
 TERMS = (
     ("heading", "heading", "k_ang Δψ"),
     ("cross_track", "cross-track", "atan(k_dist Δd / …)"),
@@ -67,8 +67,8 @@ def write_head(figure: Figure, moment: Moment, facts: str) -> None:
     said = status.replace("_", " ") + (f", then {moment.outcome}" if moment.outcome else "")
     figure.text(0.69, 0.955, said, fontsize=17, fontweight="bold", color=colour, va="center")
     rows = [
-        ("command", f"{speed:5.2f} m/s", f"{math.degrees(angle):+6.1f}°"),
-        ("measured", f"{moment.speed:5.2f} m/s", f"{math.degrees(moment.steering_angle):+6.1f}°"),
+        ("command", f"{speed:5.2f} m/s", f"{signed(math.degrees(angle), 1, 6)}°"),
+        ("measured", f"{moment.speed:5.2f} m/s", f"{signed(math.degrees(moment.steering_angle), 1, 6)}°"),
     ]
     for i, (name, first, second) in enumerate(rows):
         height = 0.912 - 0.032 * i
@@ -84,14 +84,14 @@ def _draw_scene(axes: Axes, moment: Moment) -> None:
     axes.set_xlim(left, right)
     axes.set_ylim(low, high)
     axes.set_facecolor("#fbfbfc")
-    axes.grid(color="#edf0f2", linewidth=0.8)
+    axes.grid(color=GRID, linewidth=0.8)
     axes.set_axisbelow(True)
     axes.tick_params(colors=FAINT, labelsize=9)
     for spine in axes.spines.values():
         spine.set_color("#d5dade")
     for wall, visible in moment.walls:
         style = "solid" if visible else (0, (1, 1.5))
-        axes.plot(*wall.T, color="#c4ccd3", linewidth=5.0, linestyle=style, solid_capstyle="round", zorder=1)
+        axes.plot(*wall.T, color=WALL, linewidth=5.0, linestyle=style, solid_capstyle="round", zorder=1)
     _draw_points(axes, moment.trace)
     _draw_line(axes, moment.trace)
     _draw_path(axes, moment.trace)
@@ -116,11 +116,11 @@ def _view(trace: Mapping[str, Any]) -> tuple[float, float, float, float]:
 def _draw_points(axes: Axes, trace: Mapping[str, Any]) -> None:
     """Returns by side; dropped sections grey; remembered walls hollow."""
     points, sections = trace["points"], trace["sections"]
-    colours = np.full(len(points), "#b4bcc4", dtype=object)
+    colours = np.full(len(points), DROPPED, dtype=object)
     for i, (first, last, fate) in enumerate(zip(sections["first"], sections["last"], sections["fate"], strict=True)):
         if fate == 0:
             colours[first : last + 1] = RIGHT if i < trace["split"] else LEFT
-    for colour, size in (("#b4bcc4", 5), (RIGHT, 9), (LEFT, 9)):
+    for colour, size in ((DROPPED, 5), (RIGHT, 9), (LEFT, 9)):
         chosen = colours == colour
         axes.scatter(points[chosen][:, 0], points[chosen][:, 1], s=size, color=colour, linewidths=0, zorder=3)
     for side, colour in (("left", LEFT), ("right", RIGHT)):
@@ -134,7 +134,7 @@ def _draw_line(axes: Axes, trace: Mapping[str, Any]) -> None:
     line = trace["line"]
     both = line["support"] == BOTH
     pairs = np.stack([line["right"][both], line["left"][both]], axis=1)
-    axes.add_collection(LineCollection(list(pairs[::2]), colors="#8fa3b3", linewidths=0.6, alpha=0.75, zorder=2))
+    axes.add_collection(LineCollection(list(pairs[::2]), colors=PAIR, linewidths=0.6, alpha=0.75, zorder=2))
     axes.plot(*line["points"].T, color=LINE, linewidth=1.0, zorder=4)
     for side, wanted in (("left", 2), ("right", 1)):
         alone = line["support"] == wanted
@@ -166,6 +166,10 @@ def _draw_path(axes: Axes, trace: Mapping[str, Any]) -> None:
     line = coloured_line(axes, path["x"], path["y"], path["velocity"], 4.5, zorder=6, alpha=0.9)
     bar = axes.inset_axes((0.77, 0.945, 0.2, 0.018))
     bar.set_zorder(20)
+    # Whatever lies there, walls above all, would be read as part of the scale.
+    axes.add_patch(
+        Rectangle((0.745, 0.9), 0.25, 0.095, transform=axes.transAxes, color=PAPER, alpha=0.85, linewidth=0, zorder=19)
+    )
     scale = axes.figure.colorbar(line, cax=bar, orientation="horizontal")
     scale.ax.tick_params(labelsize=8, colors=INK, length=2)
     scale.ax.set_title("planned speed [m/s]", fontsize=9, color=INK, pad=3)
@@ -214,9 +218,9 @@ def _draw_legend(axes: Axes, moment: Moment) -> None:
     entries = [
         dot(LEFT, "left wall"),
         dot(RIGHT, "right wall"),
-        dot("#b4bcc4", "dropped"),
+        dot(DROPPED, "dropped"),
         dot(INK, "remembered", markerfacecolor="none", markersize=5),
-        stroke("#8fa3b3", "width pairs", linewidth=0.9),
+        stroke(PAIR, "width pairs", linewidth=0.9),
         stroke(LINE, "centerline", linewidth=1.2, marker="o", markersize=3),
         stroke(INK, "smoothed, joined to the car", linewidth=0.9, linestyle=(0, (4, 2))),
         dot(INK, "kept by Opheim", markerfacecolor=PAPER, markersize=5.5),
@@ -224,7 +228,12 @@ def _draw_legend(axes: Axes, moment: Moment) -> None:
         dot(PATH, "lookahead point", markerfacecolor="none", markersize=8, markeredgewidth=1.8),
     ]
     if moment.walls:
-        entries.append(stroke("#c4ccd3", "true walls", linewidth=4))
+        entries.append(stroke(WALL, "true walls", linewidth=4))
+    legend_below(axes, entries)
+
+
+def legend_below(axes: Axes, entries: list[Line2D]) -> None:
+    """A scene's legend, below it."""
     axes.legend(
         handles=entries,
         loc="upper center",
@@ -243,10 +252,10 @@ def _draw_terms(axes: Axes, moment: Moment) -> None:
     terms = moment.trace["steering"]
     limit = math.degrees(moment.params["car"]["steering_limit"])
     errors = {
-        "heading": f"Δψ {math.degrees(terms['heading_error']):+.1f}°",
-        "cross_track": f"Δd {terms['cross_track_error']:+.2f} m",
-        "yaw_rate": f"Δr {terms['yaw_rate_error']:+.2f} rad/s",
-        "steering": f"Δδ {math.degrees(terms['steering_change']):+.1f}°",
+        "heading": f"Δψ {signed(math.degrees(terms['heading_error']), 1)}°",
+        "cross_track": f"Δd {signed(terms['cross_track_error'], 2)} m",
+        "yaw_rate": f"Δr {signed(math.degrees(terms['yaw_rate_error']), 0)}°/s",
+        "steering": f"Δδ {signed(math.degrees(terms['steering_change']), 1)}°",
     }
     values = [math.degrees(terms[key]) for key, _, _ in TERMS] + [math.degrees(terms["steering_angle"])]
     reach = max(6.0, *(abs(value) for value in values)) * 1.6
@@ -256,7 +265,7 @@ def _draw_terms(axes: Axes, moment: Moment) -> None:
         shift = 0.02 * reach * (1 if value >= 0 else -1)
         # The axis runs leftwards, as the car steers: text beyond a positive bar ends where the bar does.
         side = "right" if value >= 0 else "left"
-        axes.text(value + shift, row, f"{value:+.2f}°", va="center", ha=side, fontsize=10, color=INK, zorder=4)
+        axes.text(value + shift, row, f"{signed(value, 2)}°", va="center", ha=side, fontsize=10, color=INK, zorder=4)
     axes.axhline(len(values) - 1.5, color="#d5dade", linewidth=0.8)
     axes.axvline(0.0, color=INK, linewidth=0.8, zorder=2)
     for sign in (-1, 1) if limit < reach else ():
@@ -294,11 +303,12 @@ def _draw_profile(axes: Axes, moment: Moment) -> None:
     for name in ("v_min", "v_max"):
         if limits[name] < top:
             axes.axhline(limits[name], color=FAINT, linewidth=0.9, linestyle=(0, (4, 2)), zorder=2)
-            axes.text(s[-1], limits[name], name, fontsize=9, color=INK, va="bottom", ha="right")
+            beside = axes.get_yaxis_transform()
+            axes.text(0.0, limits[name], f" {name}", fontsize=9, color=INK, va="bottom", transform=beside)
     coloured_line(axes, s, path["velocity"], path["velocity"], 3.5, zorder=4)
     axes.plot(0.0, moment.speed, "o", color=INK, markersize=6, zorder=5)
-    axes.annotate("measured", (0.0, moment.speed), textcoords="offset points", xytext=(-7, 7), fontsize=9, color=INK,
-                  ha="right")  # fmt: skip
+    axes.annotate("measured", (float(s[0]), moment.speed), textcoords="offset points", xytext=(4, -12), fontsize=9,
+                  color=INK)  # fmt: skip
     preview = max(moment.speed, 0.0) * limits["preview_time"]
     command = moment.trace["result"][0]
     axes.plot(preview, command, "D", color=PATH, markersize=6, zorder=6)

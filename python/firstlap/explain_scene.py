@@ -11,13 +11,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from firstlap.colours import FREE as FREE
+from firstlap.colours import GRID, WALL
+from firstlap.colours import RETURN as RETURN
 from firstlap.explain import Moment
-from firstlap.explain_plot import PATH, SCENE, SIZE, draw_car, write_head
+from firstlap.explain_plot import PATH, SCENE, SIZE, draw_car, legend_below, write_head
 from firstlap.plot import FAINT, INK, new_figure
 
 Points = npt.NDArray[np.float64]
-FREE = "#2e7d32"
-RETURN = "#1f77b4"
 REACH = (-2.5, 11.0, -6.5, 6.5)
 
 
@@ -40,7 +41,7 @@ def opponents_figure(moment: Moment, facts: str) -> tuple[Figure, Axes, Axes]:
     _frame(scene, moment)
     for wall, visible in moment.walls:
         style = "solid" if visible else (0, (1, 1.5))
-        scene.plot(*wall.T, color="#c4ccd3", linewidth=5.0, linestyle=style, solid_capstyle="round", zorder=1)
+        scene.plot(*wall.T, color=WALL, linewidth=5.0, linestyle=style, solid_capstyle="round", zorder=1)
     if len(moment.trace["ranges"]):
         ends = rays(moment, beam_angles(moment.trace), moment.trace["ranges"])
         scene.scatter(ends[:, 0], ends[:, 1], s=6, color=RETURN, linewidths=0, zorder=3)
@@ -62,7 +63,7 @@ def _frame(axes: Axes, moment: Moment) -> None:
     axes.set_xlim(middle[0] - 0.5 * width, middle[0] + 0.5 * width)
     axes.set_ylim(middle[1] - 0.5 * width / ratio, middle[1] + 0.5 * width / ratio)
     axes.set_facecolor("#fbfbfc")
-    axes.grid(color="#edf0f2", linewidth=0.8)
+    axes.grid(color=GRID, linewidth=0.8)
     axes.set_axisbelow(True)
     axes.tick_params(colors=FAINT, labelsize=9)
     for spine in axes.spines.values():
@@ -109,18 +110,8 @@ def legend(axes: Axes, entries: list[Line2D], moment: Moment) -> None:
     """Below the scene."""
     common = [Line2D([], [], marker="o", linestyle="none", color=RETURN, label="range of a beam", markersize=4)]
     if moment.walls:
-        common.append(Line2D([], [], color="#c4ccd3", linewidth=4, label="true walls"))
-    axes.legend(
-        handles=[*entries, *common],
-        loc="upper center",
-        bbox_to_anchor=(0.5, -0.03),
-        ncols=6,
-        frameon=False,
-        fontsize=9.5,
-        labelcolor=INK,
-        handlelength=1.8,
-        columnspacing=1.6,
-    )
+        common.append(Line2D([], [], color=WALL, linewidth=4, label="true walls"))
+    legend_below(axes, [*entries, *common])
 
 
 def stroke(colour: str, label: str, **options: Any) -> Line2D:

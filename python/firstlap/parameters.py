@@ -16,6 +16,10 @@ Values = dict[tuple[str, str], Value]
 """(section, name) -> value."""
 
 
+MOST_NAMED = 20
+"""Names that a message lists at most."""
+
+
 @dataclass(frozen=True)
 class Field:
     """One row of a field table: what a parameter is called, means and may be."""
@@ -66,7 +70,8 @@ class FieldTable:
         bare = {field.name: field.key for field in self.fields}
         near = difflib.get_close_matches(name, self._by_key, n=1, cutoff=0.6)
         near += [bare[n] for n in difflib.get_close_matches(name.rpartition(".")[2], bare, n=1, cutoff=0.5)]
-        return f" (nearest known: {near[0]})" if near else ""
+        known = ", ".join(list(bare)[:MOST_NAMED]) + (", ..." if len(bare) > MOST_NAMED else "")
+        return f" (nearest known: {near[0]})" if near else f" (known are {known})"
 
     def check(self, field: Field, value: object, where: str) -> Value:
         """`value` as the type of `field` and within its range. Raises InputError."""

@@ -13,22 +13,21 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
+from firstlap.colours import BAD as BAD
+from firstlap.colours import FAINT as FAINT
+from firstlap.colours import INK as INK
+from firstlap.colours import LEFT as LEFT
+from firstlap.colours import PAPER as PAPER
+from firstlap.colours import RIGHT as RIGHT
+from firstlap.colours import ROAD, SPEED_MAP
 from firstlap.output import check_writable, write_whole
-from firstlap.text import printable
+from firstlap.text import printable, short_name
 from firstlap.tracks.track import Track
 
 if TYPE_CHECKING:
     from firstlap.race import RaceResult
 
 PICTURES = (".png", ".svg", ".pdf", ".jpg")
-INK = "#22272e"
-FAINT = "#9aa4af"
-PAPER = "#ffffff"
-ROAD = "#eef1f4"
-LEFT = "#1f77b4"
-RIGHT = "#e8710a"
-BAD = "#c62828"
-SPEED_MAP = "turbo"
 
 Points = npt.NDArray[np.float64]
 
@@ -157,7 +156,7 @@ def plot_race(result: RaceResult, path: str | Path) -> None:
 
 def _write_labels(figure: Figure, result: RaceResult, height: float) -> None:
     track = result.track
-    name = Path(track.name).stem if "/" in track.name else track.name
+    name = short_name(track.name)
     write(figure, 0.03, 1.0 - 0.42 / height, name, fontsize=19, fontweight="bold")
     direction = "" if result.direction == "forward" else ", reverse"
     details = (

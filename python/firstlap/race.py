@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from firstlap import _core
 from firstlap.car_file import Car, load_car
-from firstlap.drivers.registry import CoreHandle, Handle, Look, Preparation, SeesTruth, driver_kind
+from firstlap.drivers.registry import CoreHandle, Handle, Look, Preparation, SeesTruth, StartsAt, driver_kind
 from firstlap.errors import InputError
 from firstlap.parameters import FieldTable
 from firstlap.setup_file import Setup, choose_setup
@@ -159,6 +159,13 @@ def latency_options(latency: str) -> dict[str, float]:
     return {"compute_latency": milliseconds / 1000.0}
 
 
+def tell_start(driver: Handle, track: Track, options: Mapping[str, float] | None) -> None:
+    """To a driver that needs it: about where the car is put down."""
+    if isinstance(driver, StartsAt):
+        given = {OPTION_FIELDS.find(name, "race options").name: value for name, value in (options or {}).items()}
+        driver.starts_at(float(given.get("start_s", 0.0)) / track.length)
+
+
 def start_race(
     track: Track,
     driver: Handle,
@@ -176,6 +183,7 @@ def start_race(
     if not 0 <= seed < 2**64:
         raise InputError(f"seed is {seed}, outside of what is allowed: 0 to 2^64 - 1")
     core_options.seed = seed
+    tell_start(driver, track, options)
     try:
         return _core.Race(core_track(track), car.core, driver.core, core_options)
     except ValueError as error:
@@ -218,6 +226,7 @@ def race(
     handle = kind.make(setup.params(car.core), car, preparation)
     logged = None if record is None else _core.LoggedDriver(handle.core)
     starter = handle if logged is None else CoreHandle(logged)
+    tell_start(handle, track, options)
     running = start_race(track, starter, car, laps=laps, seed=seed, options={**delay, **(options or {})})
     try:
         if isinstance(handle, SeesTruth):

@@ -60,7 +60,7 @@ SWEEPS = (
           "joints"),
     Sweep("scan_rate", "scan rate", "Hz", (40, 35, 30, 25, 20, 15, 10), "car", (("lidar", "rate"),)),
     Sweep("latency", "latency from scan to command", "ms", (0, 20, 40, 60, 80, 100), "race",
-          (("race", "compute_latency"),), 0.001),
+          (("race", "delay_extra"),), 0.001),
     Sweep("obstacle", "sudden obstacle, seen from this many stopping distances", "", (1, 1.5, 2, 3, 5), "box", WAYS),
 )  # fmt: skip
 BY_NAME = {sweep.name: sweep for sweep in SWEEPS}

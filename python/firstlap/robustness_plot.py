@@ -9,6 +9,7 @@ from typing import Any
 from matplotlib.axes import Axes
 
 from firstlap.plot import BAD, FAINT, INK, LEFT, RIGHT, new_figure, save
+from firstlap.text import short_name
 
 COLUMNS = 4
 GOOD = "#2e7d32"
@@ -23,7 +24,7 @@ def plot_robustness(found: dict[str, Any], path: str | Path) -> None:
     figure = new_figure(width, height)
     figure.text(0.3 / width, 1.0 - 0.35 / height, f"Robustness of {found['setup']}", fontsize=17, fontweight="bold",
                 color=INK, va="center", parse_math=False)  # fmt: skip
-    names = ", ".join(Path(name).stem if "/" in name else name for name in sweeps[0]["tracks"])
+    names = ", ".join(short_name(name) for name in sweeps[0]["tracks"])
     details = f"car {found['car']}, {found['laps']} laps, seeds 1 to {found['seeds']}"
     details += f"{', both directions' if found['both'] else ''}: {names}"
     figure.text(0.3 / width, 1.0 - 0.68 / height, details, fontsize=10, color=INK, va="center", parse_math=False)

@@ -1,8 +1,40 @@
-"""Text that may come from file names."""
+"""Text for people, some of it from file names."""
 
 from __future__ import annotations
+
+from pathlib import Path
+
+UNKNOWN = "not known"
+"""What stands where nothing was measured."""
+ENDINGS = (".yaml", ".yml", ".npz", ".mcap", ".bag", ".db3")
 
 
 def printable(text: str) -> str:
     """`text` as UTF-8 can hold it: bytes of a file name that are none become question marks."""
     return text.encode("utf-8", "replace").decode("utf-8")
+
+
+def short_name(name: str) -> str:
+    """A track's or recording's name for a title: of a path the file's name alone, without its ending.
+
+    A name that a file gives itself may hold a slash, too; a path is what has a known ending or begins like one.
+    """
+    known = Path(name).suffix.lower() in ENDINGS
+    return Path(name).stem if known or name.startswith(("/", "./", "../")) else name
+
+
+def short_names(names: list[str]) -> dict[str, str]:
+    """Each name's short one; the whole name where two would be called the same."""
+    short = {name: short_name(name) for name in names}
+    taken = list(short.values())
+    return {name: one if taken.count(one) == 1 else name for name, one in short.items()}
+
+
+def counted(number: int, noun: str) -> str:
+    """1 seed, 2 seeds."""
+    return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
+def signed(value: float, digits: int, width: int = 0) -> str:
+    """With its sign; what is nothing after rounding has a plus, never -0.0."""
+    return f"{round(value, digits) + 0.0:+{width}.{digits}f}"

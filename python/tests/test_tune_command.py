@@ -65,6 +65,8 @@ def test_tune_writes_setups_to_race_and_a_report_in_one_file(cli):
     assert (found["study"], found["trials"]) == ("oval-1", 5)
     assert found["holds"]["failed"] == 0
     assert found["holds"]["less"] > 0.0
+    assert found["laps_per_second"] == pytest.approx(found["laps"] / found["seconds"], rel=0.02)
+    assert f"{found['laps_per_second']:.1f} a second" in Path(found["report"]).read_text(encoding="utf-8")
     text = Path(found["holds"]["file"]).read_text(encoding="utf-8")
     for word in ("oval", "seed 1", firstlap.__version__, "fresh seeds", "% less"):
         assert word in text
@@ -153,7 +155,7 @@ def test_other_bad_input_is_one_line(cli, options: list[str], word: str):
 
 @pytest.mark.usefixtures("no_pictures")
 def test_kill_9_loses_no_finished_trial_and_the_same_command_resumes(cli, tmp_path: Path):
-    command = ["tune", "oval", "--name", "a", "--budget", "60", "--json", *ALONE]
+    command = ["tune", "oval", "--name", "a", "--budget", "60", "--json", "--no-validate", *QUICK]
     code = f"import sys; from firstlap.cli import run; sys.exit(run({command!r}))"
     with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.DEVNULL, cwd=tmp_path) as process:
         file = tmp_path / "firstlap-tuning.db"

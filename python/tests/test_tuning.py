@@ -13,12 +13,12 @@ import firstlap
 from firstlap.errors import InputError
 from firstlap.setup_file import load_setup
 from firstlap.tuning.candidate import Verdict, judge
-from firstlap.tuning.choose import front
+from firstlap.tuning.choose import choose, front
 from firstlap.tuning.pool import LocalPool
 from firstlap.tuning.search import Budget, Search, parse_budget
 from firstlap.tuning.session import make_session
 from firstlap.tuning.space import make_space
-from firstlap.tuning.spread import JUDGE_FIELDS, SPREAD_NAMES, changed_car, corners, drawn, judge_values
+from firstlap.tuning.spread import JUDGE_FIELDS, SPREAD_NAMES, changed_car, checks, corners, drawn, judge_values
 from firstlap.tuning.study import Trial, only_one, open_study
 
 FEW = "a_y_max,v_max,k_ang"
@@ -62,12 +62,12 @@ def plain(trials: list[Trial]) -> list[Trial]:
 
 
 def test_one_worker_two_workers_and_a_resumed_study_find_the_same(oval, tmp_path: Path):
-    file, trials = tmp_path / "a.db", 10
+    file, trials = tmp_path / "a.db", 8
     alone = plain(found(oval, file, trials))
     assert [trial.number for trial in alone] == list(range(trials))
     assert [trial.start for trial in alone[:2]] == ["base", ""]
     assert plain(found(oval, file, trials, workers=2, name="b")) == alone
-    found(oval, file, 7, name="c")
+    found(oval, file, 6, name="c")
     assert plain(found(oval, file, trials, name="c")) == alone
 
 
@@ -240,3 +240,40 @@ def test_where_nothing_better_comes_the_search_begins_anew(oval, tmp_path: Path)
     assert not search._stale(18, begun=3)
     assert search._stale(19, begun=3)
     assert not search._stale(19, begun=15)
+
+
+def test_starts_are_ours_or_those_that_are_named_or_the_first_alone(oval):
+    def names(**options) -> list[str]:
+        return [start.name for start in session_of(oval, **options).starts]
+
+    assert {"base", "race", "sure", "local_arena"} <= set(names(only=None))
+    assert names(only=None, others="race,sure,base") == ["base", "race", "sure"]
+    assert names(only=None, others="none") == ["base"]
+    for others in ("", ",", "nowhere", "gap"):
+        with pytest.raises(InputError):
+            session_of(oval, others=others)
+
+
+def test_the_fastest_seen_is_never_slower_on_fresh_seeds_than_what_holds(oval):
+    session = session_of(oval)
+    base, race = (load_setup(name).given for name in ("base", "race"))
+    held = Verdict([9.0] * 2, [1.0] * 2, [0.5] * 2, 0.08)
+    trials = [Trial(0, base, replace(held, laps=[5.0] * 2), 5.0), Trial(1, race, held, 9.0)]
+    judging = judge_values(["check_seeds=2", "check_laps=2"])
+    pool = LocalPool("local", 2)
+    try:
+        choice = choose(session.problem(), trials, base, pool, judging, 1, lambda _what, _races: None)
+    finally:
+        pool.close()
+    assert choice.holds is not None
+    assert choice.holds.trial.number == 1
+    assert choice.seen == choice.holds
+
+
+def test_half_of_the_races_of_the_choice_are_at_the_worst_ends_and_the_rest_anywhere():
+    found = checks(40, 1)
+    assert [c.seed for c in found] == [c.seed for c in drawn(40, 1, "choice")]
+    worst = [c.share["friction"] == -1.0 and c.share["delay"] == c.share["servo"] == 1.0 for c in found]
+    assert worst == [True] * 20 + [False] * 20
+    assert len({c.share["mass"] for c in found}) == 40
+    assert len(checks(1, 1)) == 1

@@ -21,9 +21,14 @@ pytestmark = pytest.mark.filterwarnings("ignore")
 TRIALS = 9
 
 
-def cluster(workers: int):
+def cluster(workers: int, processes: bool):
     return distributed.LocalCluster(
-        n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=50
+        n_workers=workers,
+        threads_per_worker=1,
+        processes=processes,
+        protocol="tcp://",
+        dashboard_address=None,
+        silence_logs=50,
     )
 
 
@@ -49,7 +54,7 @@ def search_on(address: str, path: Path, track: firstlap.Track, at_trial: dict):
 
 def test_a_worker_killed_in_the_middle_costs_only_time(tmp_path: Path):
     oval = firstlap.load_track("oval")
-    with cluster(2) as workers:
+    with cluster(2, processes=True) as workers:
         victims = [worker.pid for worker in workers.workers.values()]
         assert os.getpid() not in victims
         kill = {5: lambda: os.kill(victims[0], signal.SIGKILL)}
@@ -64,7 +69,7 @@ def test_a_worker_killed_in_the_middle_costs_only_time(tmp_path: Path):
 def test_a_cluster_that_goes_away_leaves_what_was_finished(tmp_path: Path, way: str, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(pools, "WORKERLESS_SECONDS", 0.5)
     oval = firstlap.load_track("oval")
-    workers = cluster(1)
+    workers = cluster(1, processes=False)
     end = workers.close if way == "everything" else lambda: workers.scale(0)
     try:
         with pytest.raises(PoolGoneError, match="went away" if way == "everything" else "no workers"):
@@ -78,8 +83,20 @@ def test_a_cluster_that_goes_away_leaves_what_was_finished(tmp_path: Path, way: 
 
 def test_a_cluster_that_is_not_there_is_one_clear_line(cli, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(pools, "CONNECT_SECONDS", 0.3)
-    for address in ("tcp://127.0.0.1:9", "nonsense://there", "127.0.0.1:notaport"):
-        with pytest.raises(InputError, match="--cluster"):
+    for address in (
+        "nonsense://there:1",
+        "127.0.0.1:notaport",
+        "there",
+        "tcp://:8786",
+        "tcp://a:99999",
+        "",
+        ":",
+        "a:²",
+    ):
+        with pytest.raises(InputError, match=r"--cluster .*expected an address like"):
+            ClusterPool(address)
+    for address in ("tcp://127.0.0.1:9", "127.0.0.1:9"):
+        with pytest.raises(InputError, match="no scheduler answers there"):
             ClusterPool(address)
     said = cli("tune", "oval", "--budget", 1, "--cluster", "tcp://127.0.0.1:9")
     assert said.code == 2

@@ -13,7 +13,8 @@ class DelayLine {
     head_ = tail_ = 0;
   }
 
-  // `value` takes effect at `time` [s]; times must not decrease. When full, the oldest takes effect at once.
+  // `value` takes effect at `time` [s], but not before those that came earlier: a delay that gets shorter changes no
+  // order. When full, the oldest takes effect at once.
   void push(double time, double value) noexcept {
     if (tail_ - head_ == entries_.size()) current_ = entries_[head_++ % entries_.size()].value;
     entries_[tail_++ % entries_.size()] = {time, value};

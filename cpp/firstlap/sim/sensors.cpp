@@ -8,6 +8,11 @@ Sensors::Sensors(const SensorParams& params, std::uint64_t seed) : params_(param
   validate(params, "sensors");
 }
 
+void Sensors::change(const SensorParams& params) {
+  validate(params, "sensors");
+  params_ = params;
+}
+
 void Sensors::record(double time, const VehicleState& truth) noexcept {
   samples_[count_ % samples_.size()] = {time, truth};
   ++count_;

@@ -40,6 +40,9 @@ class Sensors {
   // Throws std::invalid_argument for a parameter outside its range.
   Sensors(const SensorParams& params, std::uint64_t seed);
 
+  // Other errors from here on. Throws as the constructor, and then nothing has changed.
+  void change(const SensorParams& params);
+
   // The true state at `time` [s]; times must not decrease.
   void record(double time, const VehicleState& truth) noexcept;
 

@@ -59,6 +59,16 @@ void Vehicle::reset(const Pose2& base_link, double speed) {
   time_ = a_x_ = a_y_ = 0.0;
 }
 
+void Vehicle::change(const CarGeometry& geometry, const VehicleParams& params) {
+  const Vehicle checked(geometry, params);
+  if (params.model != params_.model) throw std::invalid_argument("vehicle.model cannot change while the car moves");
+  const double ahead = params.l_r - params_.l_r;
+  gym_[0] = body_.x += ahead * std::cos(body_.yaw);
+  gym_[1] = body_.y += ahead * std::sin(body_.yaw);
+  geometry_ = geometry;
+  params_ = params;
+}
+
 void Vehicle::command(const DriveCommand& command, double latency) noexcept {
   if (!std::isfinite(command.speed) || !std::isfinite(command.steering_angle)) return;
   steering_line_.push(time_ + latency + params_.steering_delay, command.steering_angle);

@@ -48,6 +48,10 @@ class Vehicle {
   // Gives a command now; it takes effect after `latency` [s] and the car's own delays. Non-finite: ignored.
   void command(const DriveCommand& command, double latency = 0.0) noexcept;
 
+  // Other parameters from here on; base_link stays where it is, and moves as it did. Throws std::invalid_argument as
+  // the constructor, and for another model; then nothing has changed.
+  void change(const CarGeometry& geometry, const VehicleParams& params);
+
   // A shove: adds to the lateral speed [m/s] of the centre of gravity and the yaw rate [rad/s]. Not finite: ignored.
   void kick(double lateral_speed, double yaw_rate) noexcept;
 

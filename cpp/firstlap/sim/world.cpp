@@ -36,19 +36,49 @@ World::World(const Track& track, const Car& car, const WorldOptions& options, st
     : track_(&track), car_(car), options_(options), period_(1.0 / car.lidar.rate) {
   validate(options, "world");
   car_.vehicle.friction *= options.mu_scale;
-  steps_per_scan_ = static_cast<int>(std::ceil(period_ / car.vehicle.step_dt - 1e-9));
-  step_ = period_ / steps_per_scan_;
+  set_steps(car.vehicle.step_dt);
   for (int i = 0; i < options.cars; ++i) {
     auto agent = std::make_unique<Agent>(track, car_, seed + static_cast<std::uint64_t>(i));
     agent->start = agent->progress.pose_at(-options.gap * i);
-    const bool taken = touch(car_.geometry, agent->start, track.walls).has_value() ||
-                       std::any_of(agents_.begin(), agents_.end(), [&](const auto& other) {
-                         return bodies_touch(car_.geometry, agent->start, other->start);
-                       });
-    if (taken) throw std::invalid_argument("world: car " + std::to_string(i + 1) + " starts on a wall or a car");
+    if (!fits(agents_.size(), agent->start))
+      throw std::invalid_argument("world: car " + std::to_string(i + 1) + " starts on a wall or a car");
     agents_.push_back(std::move(agent));
     reset(agents_.size() - 1);
   }
+}
+
+void World::set_steps(double longest) {
+  steps_per_scan_ = static_cast<int>(std::ceil(period_ / longest - 1e-9));
+  step_ = period_ / steps_per_scan_;
+}
+
+bool World::fits(std::size_t i, const Pose2& base_link) const {
+  if (touch(car_.geometry, base_link, track_->walls)) return false;
+  for (std::size_t other = 0; other < agents_.size(); ++other) {
+    if (other != i && bodies_touch(car_.geometry, base_link, agents_[other]->vehicle.pose())) return false;
+  }
+  return true;
+}
+
+void World::change(const Car& car, double mu_scale) {
+  WorldOptions options = options_;
+  options.mu_scale = mu_scale;
+  validate(options, "world");
+  validate(car.sensors, "sensors");
+  if (car.lidar.beams != car_.lidar.beams || car.lidar.rate != car_.lidar.rate) {
+    throw std::invalid_argument("lidar.beams and lidar.rate cannot change while the cars drive");
+  }
+  const Lidar lidar(car.lidar, track_->walls);
+  Car changed = car;
+  changed.vehicle.friction *= mu_scale;
+  for (const auto& agent : agents_) {  // the first one throws, or none does: all are of one model
+    agent->vehicle.change(changed.geometry, changed.vehicle);
+    agent->sensors.change(changed.sensors);
+    agent->lidar = lidar;
+  }
+  car_ = changed;
+  options_ = options;
+  set_steps(car_.vehicle.step_dt);
 }
 
 void World::reset(std::size_t i) { place(i, agents_[i]->start); }

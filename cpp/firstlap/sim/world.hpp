@@ -56,6 +56,14 @@ class World {
   void place(std::size_t i, const Pose2& base_link);
   void kick(std::size_t i, double lateral_speed, double yaw_rate) noexcept;  // a shove [m/s], [rad/s]
 
+  // Whether car `i` could stand there: on no wall and on no other car.
+  bool fits(std::size_t i, const Pose2& base_link) const;
+
+  // The cars are like this from here on, on `mu_scale` times its friction; they go on from where they are, and their
+  // laps with them. Throws std::invalid_argument for parameters that cannot be, and for other beams, another rate of
+  // the lidar or another vehicle.model; then nothing has changed.
+  void change(const Car& car, double mu_scale);
+
   std::size_t size() const noexcept { return agents_.size(); }
   double time() const noexcept { return static_cast<double>(scans_) * period_; }  // [s]
   double period() const noexcept { return period_; }                              // [s] between scans
@@ -72,6 +80,7 @@ class World {
   int contacts(std::size_t i) const noexcept { return agents_[i]->contacts; }       // since the last reset
   bool standing(std::size_t i) const noexcept { return agents_[i]->crashed; }       // after a contact
   double clearance(std::size_t i) const noexcept { return agents_[i]->clearance; }  // [m] smallest since the reset
+  double lap_clearance(std::size_t i) const noexcept { return agents_[i]->meter.min_clearance(); }  // [m] in this lap
   double s(std::size_t i) const noexcept { return agents_[i]->progress.s(); }
   double lateral_offset(std::size_t i) const noexcept { return agents_[i]->progress.lateral_offset(); }
 
@@ -94,6 +103,7 @@ class World {
     double steering = 0.0;  // [rad] last commanded
   };
 
+  void set_steps(double longest);
   void move(Agent& agent, int i);
   void sweep(std::size_t index, int i);
   void check_laps(Agent& agent, double distance);

@@ -132,6 +132,73 @@ TEST(World, AKickPushesTheCarAside) {
   EXPECT_GT(std::abs(world.lateral_offset(0) - before), 0.02);
 }
 
+// In a curve that the dry car takes, the wet one slides to the wall; until then it goes on where it was.
+TEST(World, FrictionChangesUnderTheMovingCar) {
+  const Track track = annulus(3.0, 1.2);
+  const auto lap_of = [&](double mu_scale) {
+    World world(track, quiet(default_car()), {}, 1);
+    for (int i = 0; i < 200 && world.contacts(0) == 0; ++i) {
+      if (i == 60) {
+        const Pose2 before = world.pose(0);
+        world.change(quiet(default_car()), mu_scale);
+        EXPECT_EQ(world.pose(0).x, before.x);
+        EXPECT_EQ(world.pose(0).y, before.y);
+      }
+      const double out = world.lateral_offset(0);
+      world.command(0, {3.3, std::atan(0.33 / 3.0) - 0.15 * out}, 0.0);
+      world.advance();
+    }
+    return world.contacts(0);
+  };
+  EXPECT_EQ(lap_of(1.0), 0);
+  EXPECT_EQ(lap_of(0.3), 1);
+}
+
+TEST(World, ChangedSensorsAndLidarAreThoseOfTheNextScan) {
+  const Track track = annulus(10.0, 1.5);
+  World world(track, quiet(default_car()), {}, 1);
+  world.advance();
+  const std::vector<float> before(world.scan(0).ranges.begin(), world.scan(0).ranges.end());
+  Car noisy = quiet(default_car());
+  noisy.lidar.noise_sigma = 0.1;
+  noisy.sensors.yaw_rate_bias = 0.5;
+  world.change(noisy, 1.0);
+  world.advance();
+  EXPECT_NEAR(world.measured(0).yaw_rate, 0.5, 1e-6);
+  double squares = 0.0;
+  for (std::size_t i = 0; i < before.size(); ++i) squares += std::pow(world.scan(0).ranges[i] - before[i], 2.0);
+  EXPECT_NEAR(std::sqrt(squares / static_cast<double>(before.size())), 0.1, 0.01);
+}
+
+TEST(World, WhatCannotChangeWhileDrivingIsRefusedAndChangesNothing) {
+  const Track track = annulus(10.0, 1.5);
+  World world(track, quiet(default_car()), {}, 1);
+  const auto refused = [&](auto&& alter, double mu_scale) {
+    Car car = quiet(default_car());
+    car.sensors.yaw_rate_bias = 0.5;
+    alter(car);
+    EXPECT_THROW(world.change(car, mu_scale), std::invalid_argument);
+    world.advance();
+    EXPECT_NEAR(world.measured(0).yaw_rate, 0.0, 1e-6);
+  };
+  refused([](Car& car) { car.lidar.beams = 541; }, 1.0);
+  refused([](Car& car) { car.lidar.rate = 20.0; }, 1.0);
+  refused([](Car& car) { car.vehicle.model = 1; }, 1.0);
+  refused([](Car& car) { car.vehicle.friction = -1.0; }, 1.0);
+  refused([](Car& car) { car.sensors.latency = 5.0; }, 1.0);
+  refused([](Car&) {}, 100.0);
+}
+
+TEST(World, ACarFitsWhereNoWallAndNoOtherCarIs) {
+  const Track track = annulus(10.0, 1.5);
+  const World world(track, default_car(), {.cars = 2, .gap = 3.0}, 1);
+  const Pose2 first = world.pose(0), second = world.pose(1);
+  EXPECT_TRUE(world.fits(0, first));
+  EXPECT_FALSE(world.fits(0, second));
+  EXPECT_TRUE(world.fits(1, second));
+  EXPECT_FALSE(world.fits(0, {first.x * 0.86, first.y * 0.86, first.yaw}));
+}
+
 TEST(World, CarsThatDoNotFitAreRefused) {
   const Track track = annulus(3.0, 0.6);
   const double seventh = 2.0 * 3.14159265 * 3.0 / 7.0;  // the eighth car stands where the first one does

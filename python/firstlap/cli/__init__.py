@@ -24,6 +24,7 @@ from firstlap.cli import (
     survey,
     tracks,
     tune,
+    view,
 )
 from firstlap.cli.common import fail
 from firstlap.cli.localise import localise
@@ -62,6 +63,7 @@ app.command("line")(line.line)
 app.command("map")(map_command)
 app.command("localise")(localise)
 app.command("bench")(bench.bench)
+app.command("view", cls=RosCommand)(view.view)
 app.command("drive", cls=RosCommand)(drive.drive)
 app.command("preflight", cls=RosCommand)(preflight.preflight)
 app.command("latency")(latency.latency)

@@ -13,6 +13,7 @@ from firstlap.cli.common import console
 from firstlap.cli.recording import scans_bar, watched
 from firstlap.errors import InputError
 from firstlap.setup_file import LOCAL, Setup
+from firstlap.text import UNKNOWN, counted, short_name
 
 if TYPE_CHECKING:
     from firstlap.perception.against_map import AgainstMap
@@ -37,7 +38,11 @@ def held_against(
 
 def print_against_map(found: dict[str, Any]) -> None:
     """The table of docs/perception.md for one recording."""
-    table = Table(title=escape(f"against {found['map']}, {found['metres']:.0f} m driven, {found['turns']} turns"))
+    table = Table(
+        title=escape(
+            f"against {short_name(found['map'])}, {found['metres']:.0f} m driven, {counted(found['turns'], 'turn')}"
+        )
+    )
     table.add_column("")
     for ahead in found["error"]:
         table.add_column(f"{ahead} m ahead", justify="right")
@@ -56,8 +61,8 @@ def print_against_map(found: dict[str, Any]) -> None:
 
 
 def _pair(error: dict[str, Any]) -> str:
-    return "-" if error["median"] is None else f"{error['median']:.3f}, {error['p95']:.3f}"
+    return UNKNOWN if error["median"] is None else f"{error['median']:.3f}, {error['p95']:.3f}"
 
 
 def _percent(value: float | None) -> str:
-    return "-" if value is None else f"{100.0 * value:.1f} %"
+    return UNKNOWN if value is None else f"{100.0 * value:.1f} %"

@@ -19,6 +19,7 @@ from firstlap.cli.common import (
     console,
     print_json,
 )
+from firstlap.text import short_name
 from firstlap.tracks.library import load_track
 
 ROWS = {
@@ -43,7 +44,7 @@ def bench(
     if as_json:
         print_json(found)
         return 0
-    table = Table(title=f"{found['track']}, setup {found['setup']}, {found['scans']} scans")
+    table = Table(title=f"{short_name(found['track'])}, setup {found['setup']}, {found['scans']} scans")
     table.add_column("µs")
     for heading in ("p50", "p99", "max", "p50 / reference"):
         table.add_column(heading, justify="right")

@@ -26,9 +26,10 @@ TrackArgument = Annotated[
 DriverOption = Annotated[
     str | None, typer.Option("--driver", metavar="NAME", help=f"{', '.join(DRIVERS)}; default: the setup's.")
 ]
+SETUP_HELP = "sure, base, race, gap, ... or a YAML file"
 SetupOption = Annotated[
     str | None,
-    typer.Option("--setup", metavar="SETUP", help="sure, base, race, gap, ... or a YAML file; default: the driver's."),
+    typer.Option("--setup", metavar="SETUP", help=f"{SETUP_HELP}; default: the driver's."),
 ]
 LatencyOption = Annotated[
     str,

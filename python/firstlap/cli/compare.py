@@ -28,6 +28,7 @@ from firstlap.cli.common import (
 )
 from firstlap.output import check_writable
 from firstlap.race import latency_options
+from firstlap.text import counted, short_name
 from firstlap.tracks.library import load_track
 
 
@@ -165,7 +166,10 @@ def _print(found: dict[str, Any], notes: list[str], plot: Path | None, report: P
 
     for remark in notes:
         note(remark)
-    title = f"{found['track']}, {found['track_length']:.1f} m, {found['laps']} laps, {found['seeds']} seeds, latency "
+    title = (
+        f"{short_name(found['track'])}, {found['track_length']:.1f} m, {counted(found['laps'], 'lap')}, "
+        f"{counted(found['seeds'], 'seed')}, latency "
+    )
     table = Table(title=escape(title + found["latency"] + described_options(found["options"])))
     for heading in HEADINGS:
         table.add_column(heading, justify="left" if heading == HEADINGS[0] else "right", no_wrap=True)

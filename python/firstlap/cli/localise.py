@@ -23,6 +23,7 @@ from firstlap.cli.common import (
     print_json,
     progress_bar,
 )
+from firstlap.text import UNKNOWN, counted, short_name
 
 
 def localise(
@@ -103,15 +104,17 @@ def localise(
 
 
 def _print(found: dict[str, Any]) -> None:
-    laps = f"{found['laps']} lap{'' if found['laps'] == 1 else 's'}"
+    laps = counted(found["laps"], "lap")
     table = Table(
-        title=escape(f"{found['track']}, setup {found['setup']}, {laps}, {found['mean_speed']:.2f} m/s on average")
+        title=escape(
+            f"{short_name(found['track'])}, setup {found['setup']}, {laps}, {found['mean_speed']:.2f} m/s on average"
+        )
     )
     for heading in ("", "p50", "p95", "max"):
         table.add_column(heading, justify="right" if heading else "left")
     for name, unit, digits in (("position", "m", 3), ("heading", "°", 2), ("step_us", "µs", 0)):
         row = found[name]
-        values = ["-" if row[key] is None else f"{row[key]:.{digits}f} {unit}" for key in ("p50", "p95", "max")]
+        values = [UNKNOWN if row[key] is None else f"{row[key]:.{digits}f} {unit}" for key in ("p50", "p95", "max")]
         table.add_row("a step" if name == "step_us" else f"{name} off by", *values)
     out = console()
     out.print(table)
@@ -121,7 +124,7 @@ def _print(found: dict[str, Any]) -> None:
     out.print(f"lost in {100 * found['lost']:.2f} % of {found['scans']} scans; {_after('found', found['found_after'])}")
     if found["kidnapped"]:
         longest = _after(", the last", found["recovered_after"]) if found["recovered"] else ""
-        out.print(f"kidnapped {found['kidnapped']} times, recovered {found['recovered']}{longest}")
+        out.print(f"kidnapped {counted(found['kidnapped'], 'time')}, recovered {found['recovered']}{longest}")
     if found["lost_at_end"]:
         out.print("[bold red]lost at the end[/]: does the map match the track?")
 

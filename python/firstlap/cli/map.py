@@ -15,6 +15,7 @@ from firstlap.cli.common import CarOption, JsonOption, SetupOption, chosen_setup
 from firstlap.cli.recording import DriveTopic, ImuTopic, OdomTopic, ScanTopic, SpeedOption, read
 from firstlap.errors import InputError
 from firstlap.output import check_writable
+from firstlap.text import short_name
 
 SourceArgument = Annotated[
     str, typer.Argument(metavar="TRACK|RECORDING", help="A track as of `race`, or a recording with odometry.")
@@ -94,7 +95,7 @@ def map_command(
         from firstlap.mapping.plot import plot_map
 
         details = f"{found['travelled']:.1f} m driven   ·   {found['kept_scans']} scans   ·   {found['loops']} loops"
-        plot_map(result, plot, Path(source).stem if "/" in source else source, details)
+        plot_map(result, plot, short_name(source), details)
     if as_json:
         print_json(found)
     else:
@@ -103,7 +104,7 @@ def map_command(
 
 
 def _print(found: dict[str, Any], picture: Path, plot: Path | None) -> None:
-    table = Table(title=escape(f"map of {found['source']}"), show_header=False)
+    table = Table(title=escape(f"map of {short_name(found['source'])}"), show_header=False)
     table.add_row("driven", f"{found['travelled']:.1f} m, loop closed at {found['loop_closed_at']:.1f} m")
     table.add_row("scans", f"{found['scans']}, {found['kept_scans']} kept")
     table.add_row("matches", f"{found['matches']}, {found['loops']} across the loop")

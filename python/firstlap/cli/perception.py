@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -25,6 +24,7 @@ from firstlap.cli.common import (
 )
 from firstlap.cli.survey import expand
 from firstlap.survey import Run
+from firstlap.text import short_name
 from firstlap.tracks.library import load_track
 
 
@@ -90,7 +90,7 @@ def print_table(title: str, rows: list[dict[str, Any]]) -> None:
     for heading in ("1 m", "2 m", "3 m", "no line", "bad", "prec.", "recall", "jump"):
         table.add_column(heading, justify="right", no_wrap=True)
     for row in rows:
-        name = Path(row["track"]).stem if "/" in row["track"] else row["track"]
+        name = short_name(row["track"])
         name += " ↺" if row.get("direction") == "reverse" else ""
         errors = [_pair(row["error"][ahead]) for ahead in ("1", "2", "3")]
         shares = [_percent(row[key]) for key in ("no_line", "bad", "precision", "recall")]

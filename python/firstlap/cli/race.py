@@ -37,6 +37,7 @@ from firstlap.output import LOGS, check_writable
 from firstlap.race import RaceResult, latency_options
 from firstlap.race import race as run_race
 from firstlap.setup_file import Setup
+from firstlap.text import short_name
 from firstlap.tracks.library import load_track
 
 
@@ -136,7 +137,9 @@ def _print(result: RaceResult, plot: Path | None, record: Path | None) -> None:
     for remark in result.track.notes:
         note(remark)
     direction = ("" if result.direction == "forward" else ", reverse") + described_options(result.options)
-    table = Table(title=escape(f"{result.track.name}, {result.track.length:.1f} m{direction}, {result.setup.title}"))
+    table = Table(
+        title=escape(f"{short_name(result.track.name)}, {result.track.length:.1f} m{direction}, {result.setup.title}")
+    )
     for heading in ("lap", "time s", "mean m/s", "top m/s", "clearance m", ""):
         table.add_column(heading, justify="right")
     for number, lap in enumerate(result.laps, start=1):

@@ -10,7 +10,7 @@ import typer
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
 from firstlap.car_file import Car, load_car
-from firstlap.cli.common import progress_bar
+from firstlap.cli.common import SETUP_HELP, progress_bar
 from firstlap.errors import InputError
 from firstlap.recordings import Recording, Topics, load_recording
 from firstlap.setup_file import Setup, choose_setup
@@ -25,10 +25,10 @@ DriveTopic = Annotated[
 ]
 PoseTopic = Annotated[str | None, typer.Option("--pose-topic", metavar="TOPIC", help="Poses, e.g. in a map, or none.")]
 SpeedOption = Annotated[
-    float | None, typer.Option("--speed", metavar="M/S", help="For a recording that tells no speed at all.")
+    float | None, typer.Option("--speed", metavar="M/S", help="For a recording that tells no speed at all; default: 1.")
 ]
 SetupOfRecording = Annotated[
-    str | None, typer.Option("--setup", metavar="SETUP", help="sure, base, race or a YAML file; else a log's.")
+    str | None, typer.Option("--setup", metavar="SETUP", help=f"{SETUP_HELP}; else a log's, or the driver's.")
 ]
 CarOfRecording = Annotated[
     str | None, typer.Option("--car", metavar="CAR", help="default, nuc2, gym or a YAML file; else a log's own.")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -30,6 +31,7 @@ from firstlap.cli.recording import (
 )
 from firstlap.output import LOGS, check_writable
 from firstlap.setup_file import LOCAL, choose_setup
+from firstlap.text import UNKNOWN, counted, short_name
 
 
 def replay(
@@ -101,15 +103,23 @@ def _print(found: dict[str, Any], plot: Path | None, record: Path | None) -> Non
     for remark in found["remarks"]:
         note(remark)
     out = console()
-    table = Table(title=escape(f"{found['recording']}: {found['scans']} scans, {found['seconds']:.1f} s"))
+    table = Table(
+        title=escape(f"{short_name(found['recording'])}: {counted(found['scans'], 'scan')}, {found['seconds']:.1f} s")
+    )
     table.add_column("", overflow="fold")
     drives = [found, *([found["against"]] if "against" in found else [])]
     for drive in drives:
         other = "" if drive["driver"] == LOCAL else f"{drive['driver']}, "
         table.add_column(escape(f"{other}setup {drive['setup']}"), justify="right", overflow="fold")
-    for label, cells in _rows(drives):
-        table.add_row(label, *cells)
+    rows = _rows(drives)
+    silent = [label.partition(":")[0] for label, cells in rows if set(cells) == {UNKNOWN}]
+    for label, cells in rows:
+        if set(cells) != {UNKNOWN}:
+            table.add_row(label, *cells)
     out.print(table)
+    if silent:
+        drivers = " and ".join(dict.fromkeys(drive["driver"] for drive in drives))
+        out.print(escape(f"nothing is known here of {', '.join(silent)} by {drivers}"), soft_wrap=True)
     if found["recorded"]:
         out.print(escape(f"against the commands of {found['recorded']['topic']}: {_difference(found['recorded'])}"))
     if "difference" in found:
@@ -131,26 +141,40 @@ def _rows(drives: list[dict[str, Any]]) -> list[tuple[str, list[str]]]:
         "path reaches 1, 2, 3 m": lambda d: _percents(d["available"]),
         "path jump: median, 95 %": lambda d: _values(d["jump"], ("median", "p95"), 3, "m"),
         "path jumps above 0.15 m": lambda d: _percent(d["jump"]["big"]),
-        "changes of side": lambda d: f"{d['changes_of_side']['count']}, {_percent(d['changes_of_side']['share'])}",
+        "changes of side": lambda d: _changes(d["changes_of_side"]),
         "a step: p50, p99": lambda d: _values(d["step_us"], ("median", "p99"), 0, "µs"),
     }
     return [(label, [text(drive) for drive in drives]) for label, text in rows.items()]
 
 
+def _changes(found: dict[str, Any]) -> str:
+    return UNKNOWN if found["share"] is None else f"{found['count']}, {_percent(found['share'])}"
+
+
 def _percents(found: dict[str, float | None]) -> str:
+    if all(value is None for value in found.values()):
+        return UNKNOWN
     return ", ".join(_percent(value) for value in found.values())
 
 
 def _difference(found: dict[str, Any]) -> str:
     return (
-        f"wheel angle off by {_values(found['steering_angle'], ('median', 'p95'), 3, 'rad')}, "
+        f"wheel angle off by {_values(_degrees(found['steering_angle']), ('median', 'p95'), 1, '°')}, "
         f"speed by {_values(found['speed'], ('median', 'p95'), 2, 'm/s')} (median, 95 %)"
     )
 
 
 def _percent(value: float | None) -> str:
-    return "-" if value is None else f"{100.0 * value:.1f} %"
+    return UNKNOWN if value is None else f"{100.0 * value:.1f} %"
+
+
+def _degrees(found: dict[str, Any]) -> dict[str, Any]:
+    return {name: None if value is None else math.degrees(value) for name, value in found.items()}
 
 
 def _values(found: dict[str, Any], names: tuple[str, ...], digits: int, unit: str) -> str:
-    return ", ".join("-" if found[name] is None else f"{found[name]:.{digits}f}" for name in names) + f" {unit}"
+    if all(found[name] is None for name in names):
+        return UNKNOWN
+    space = "" if unit == "°" else " "
+    values = ", ".join(UNKNOWN if found[name] is None else f"{found[name]:.{digits}f}" for name in names)
+    return f"{values}{space}{unit}"

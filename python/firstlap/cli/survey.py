@@ -30,6 +30,7 @@ from firstlap.cli.common import (
 from firstlap.errors import InputError
 from firstlap.race import RaceResult
 from firstlap.survey import Run, Survey
+from firstlap.text import counted, short_names
 from firstlap.tracks.library import list_tracks, load_track
 
 
@@ -115,15 +116,18 @@ def _print(found: dict[str, Any]) -> None:
     car = "" if found["car"] == "default" else f", car {found['car']}"
     conditions = car + described_options(found["options"])
     what = f"driver {found['driver']}, setup {found['setup']}"
-    table = Table(title=escape(f"{what}, {found['laps']} laps, {found['seeds']} seeds{both}{conditions}"))
-    table.add_column("track", overflow="fold")
+    table = Table(
+        title=escape(f"{what}, {counted(found['laps'], 'lap')}, {counted(found['seeds'], 'seed')}{both}{conditions}")
+    )
+    table.add_column("track", overflow="fold", min_width=13)
     for heading in ("length m", "finished", "best s", "median s", "clearance m"):
         table.add_column(heading, justify="right")
     table.add_column("first failure", overflow="fold")
+    names = short_names([row["track"] for row in found["tracks"]])
     for row in found["tracks"]:
         style = "" if row["finished"] == row["runs"] else "red" if row["finished"] == 0 else "yellow"
         table.add_row(
-            escape(row["track"]),
+            escape(names[row["track"]]),
             f"{row['track_length']:.1f}",
             f"{row['finished']}/{row['runs']}",
             _number(row["best"]),
@@ -134,11 +138,11 @@ def _print(found: dict[str, Any]) -> None:
         )
     out = console()
     out.print(table)
-    out.print(f"{found['finished']} of {found['runs']} races finished")
+    out.print(f"{found['finished']} of {counted(found['runs'], 'race')} finished")
 
 
 def _number(value: float | None) -> str:
-    return "-" if value is None else f"{value:.2f}"
+    return "none" if value is None else f"{value:.2f}"
 
 
 def _failure(failures: list[dict[str, Any]]) -> str:

@@ -41,30 +41,45 @@ def tune(
         str | None,
         typer.Option("--from", metavar="SETUP", help="What to begin with and to beat; default: base or the driver's."),
     ] = None,
+    others: Annotated[
+        str | None,
+        typer.Option(
+            "--starts", metavar="SETUP,...", help="Raced too, begun at where better; none, or default: all of ours."
+        ),
+    ] = None,
     driver: DriverOption = None,
     budget: Annotated[
-        str, typer.Option("--budget", metavar="TIME|N", help="3m, 90s, 1h, or a number of trials.")
+        str,
+        typer.Option(
+            "--budget",
+            metavar="TIME|N",
+            help="3m, 90s, 1h for search and choice, or a number of trials.",
+        ),
     ] = "3m",
     seeds: Annotated[int, typer.Option("--seeds", min=1, max=1000, help="Races of each candidate.")] = 8,
-    seed: Annotated[int, typer.Option("--seed", min=0, help="Of everything random in the search.")] = 1,
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of everything random in the search.")] = 1,
     only: Annotated[
         str | None, typer.Option("--only", metavar="NAME,...", help="Change these parameters and no others.")
     ] = None,
     fix: Annotated[str | None, typer.Option("--fix", metavar="NAME,...", help="Leave these parameters alone.")] = None,
     judging: Annotated[
         list[str] | None,
-        typer.Option("--judge", metavar="NAME=VALUE", help="How candidates are judged, such as friction=0.2."),
+        typer.Option(
+            "--judge",
+            metavar="NAME=VALUE",
+            help="How candidates are judged, such as friction=0.2; all names: docs/parameters.md.",
+        ),
     ] = None,
     reverse: Annotated[bool, typer.Option("--reverse", help="Tune for the other way round.")] = False,
     car: CarOption = "default",
     name: Annotated[
-        str | None, typer.Option("--name", metavar="NAME", help="Of the study; one that is there is resumed.")
+        str | None, typer.Option("--name", metavar="NAME", help="Name of the study; one that is there is resumed.")
     ] = None,
     study_file: Annotated[
-        Path, typer.Option("--study", metavar="FILE", help="All studies; optuna-dashboard opens it.")
+        Path, typer.Option("--study", metavar="FILE", help="Where all studies are kept; optuna-dashboard opens it.")
     ] = Path("firstlap-tuning.db"),
     out: Annotated[
-        Path | None, typer.Option("--out", metavar="FOLDER", help="For setups and report; default: tuned/NAME.")
+        Path | None, typer.Option("--out", metavar="FOLDER", help="Where setups and report go; default: tuned/NAME.")
     ] = None,
     also: Annotated[
         list[str] | None, typer.Option("--also", metavar="TRACK", help="Validate on this track too; repeatable.")
@@ -73,13 +88,16 @@ def tune(
         bool, typer.Option("--validate/--no-validate", help="Race the result on unseen seeds and on other tracks.")
     ] = True,
     cluster: Annotated[
-        str | None, typer.Option("--cluster", metavar="ADDRESS", help="Of a Dask scheduler; default: this machine.")
+        str | None,
+        typer.Option("--cluster", metavar="ADDRESS", help="Dask scheduler to race by; default: this machine."),
     ] = None,
     workers: Annotated[
-        int | None, typer.Option("--workers", min=1, max=1024, help="On this machine; default: its cores.")
+        int | None,
+        typer.Option("--workers", min=1, max=1024, help="Races at once here; default: all cores."),
     ] = None,
     population: Annotated[
-        int | None, typer.Option("--population", min=4, max=10_000, help="Candidates of a generation.")
+        int | None,
+        typer.Option("--population", min=4, max=10_000, help="Candidates a generation; default: by parameters."),
     ] = None,
     paper: Annotated[
         bool, typer.Option("--paper", help="Search nothing: drive the paper's six settings on TRACK.")
@@ -103,6 +121,7 @@ def tune(
         load_track(track),
         driver=driver,
         start=start,
+        others=others,
         car=load_car(car),
         judge=judge,
         seeds=seeds,
@@ -113,10 +132,10 @@ def tune(
         population=population,
     )
     known = {spec: load_track(spec) for spec in also or []}
-    others = None if not validated else ([] if judge["other_seeds"] < 1 else list_tracks(), known, track)
+    elsewhere = None if not validated else ([] if judge["other_seeds"] < 1 else list_tracks(), known, track)
     name = check_name(name) if name is not None else new_name(study_file, session.track, session.driver, reverse)
     folder = _folder(out or Path("tuned") / name)
-    tuned, validation = _run(session, name, study_file, limit, (cluster, workers), others)
+    tuned, validation = _run(session, name, study_file, limit, (cluster, workers), elsewhere)
     return _finish(tuned, validation, folder, study_file, as_json)
 
 

@@ -12,6 +12,7 @@ from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedCo
 from rich.table import Table
 
 from firstlap.cli.common import console, progress_bar
+from firstlap.text import counted, short_name
 
 if TYPE_CHECKING:
     from firstlap.tuning.search import Budget
@@ -31,12 +32,14 @@ def _bar_watch(bar: Progress, budget: Budget) -> Any:
     total = budget.trials or (budget.seconds or 0.0)
 
     class BarWatch(Watch):
-        """Shows it on a bar."""
+        """Shows it on a bar; what comes after the search, of which nobody knows the length, below it."""
 
-        task: TaskID = bar.add_task("racing the starts", total=total)
-        later: TaskID | None = None
-        held = 0
-        seen = 0
+        def __init__(self) -> None:
+            self.search: TaskID = bar.add_task("racing the starts", total=total)
+            self.later: dict[str, TaskID] = {}
+            self.races_of: dict[str, int] = {}
+            self.held = 0
+            self.seen = 0
 
         def trial(self, search: Any, trial: Any) -> None:
             self.seen += 1
@@ -47,12 +50,13 @@ def _bar_watch(bar: Progress, budget: Budget) -> Any:
             lap = f"best {best.cost:.2f} s, " if best else ""
             share = f"{100 * self.held / self.seen:.0f} % hold"
             text = f"trial {trial.number + 1}, {lap}{share}, {max(seconds, 0.0):.0f} s left"
-            bar.update(self.task, completed=min(done, total), description=text)
+            bar.update(self.search, completed=min(done, total), description=text)
 
         def races(self, what: str, count: int) -> None:
-            if self.later is None:
-                self.later = bar.add_task(what, total=None)
-            bar.update(self.later, advance=count, description=what)
+            if what not in self.later:
+                self.later[what] = bar.add_task(what, total=None)
+            self.races_of[what] = self.races_of.get(what, 0) + count
+            bar.update(self.later[what], description=f"{what}: {self.races_of[what]} races")
 
     return BarWatch()
 
@@ -60,20 +64,29 @@ def _bar_watch(bar: Progress, budget: Budget) -> Any:
 def print_tuned(found: dict[str, Any], page: Path) -> None:
     """The result as a table."""
     start = found["compared_with"]
-    table = Table(title=escape(f"{found['track']}, {found['direction']}: {found['trials']} trials"))
+    table = Table(
+        title=escape(f"{short_name(found['track'])}, {found['direction']}: {counted(found['trials'], 'trial')}")
+    )
     table.add_column("setup")
     for heading in ("lap s", f"less than {start['setup']}", "failed", "clearance m"):
         table.add_column(heading, justify="right", overflow="fold")
-    table.add_row(start["setup"], f"{start['lap']:.2f}", "", "", "")
+    safety = (f"{start['failed']} of {start['races']}", f"{start['clearance']:.2f}")
+    table.add_row(start["setup"], f"{start['lap']:.2f}", "", *safety)
     marked = [(title, found[role]) for role, title in (("holds", "fastest that holds"), ("seen", "fastest seen"))]
     for title, entry in marked:
         if entry:
             lap = entry["lap"] or entry["lap_in_search"]
-            less = "-" if entry["less"] is None else f"{100 * entry['less']:.1f} %"
+            less = "" if entry["less"] is None else f"{100 * entry['less']:.1f} %"
             failed = f"{entry['failed']} of {entry['races']}"
             table.add_row(title, f"{lap:.2f}", less, failed, f"{entry['clearance']:.2f}")
     out = console()
     out.print(table)
+    out.print(
+        escape(
+            f"{found['laps']:.0f} laps simulated in {found['seconds']:.0f} s of search: "
+            f"{found['laps_per_second']:.1f} a second with {found['workers']} at once"
+        )
+    )
     if found["validation"]:
         out.print(escape(found["validation"]["verdict"]))
     files = [f"{title} {entry['file']}" for title, entry in marked if entry]
@@ -82,7 +95,7 @@ def print_tuned(found: dict[str, Any], page: Path) -> None:
 
 def print_paper(found: dict[str, Any], page: Path) -> None:
     """The six settings beside the paper's laps."""
-    table = Table(title=escape(f"the paper's settings on {found['track']}"))
+    table = Table(title=escape(f"the paper's settings on {short_name(found['track'])}"))
     for heading in ("setting", "lap s", "less than 0", "failed", "paper's lap s", "less than 0"):
         table.add_column(heading, justify="right")
     for row in found["settings"]:

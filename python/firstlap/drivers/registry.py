@@ -60,6 +60,14 @@ class SeesTruth(Protocol):
         """Called once before the first step; after the last without a race."""
 
 
+@runtime_checkable
+class StartsAt(Protocol):
+    """A driver that must know about where it is put down."""
+
+    def starts_at(self, share: float) -> None:
+        """Called before each race: the share of a lap from the track's start line to the place."""
+
+
 @dataclass(frozen=True)
 class Preparation:
     """What a driver that needs a map made of the track before the race.

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from firstlap import _core
 from firstlap.car_file import Car
+from firstlap.global_driver.anywhere import Anywhere
 from firstlap.global_driver.guard import Guard, returns, way_ahead
 from firstlap.global_driver.params import Parts
 from firstlap.global_driver.prepare import MAPPING_SETUP, Prepared
@@ -29,6 +30,8 @@ Pose = tuple[float, float, float]
 Command = tuple[float, float, str]
 SEED = 1
 STOPS = ("no_path", "bad_state")
+SURE = 2.0
+"""[m/s] a car that drives so fast knew where it was."""
 
 
 class GlobalDriver:
@@ -46,22 +49,32 @@ class GlobalDriver:
         # The time limit is of this thread alone: what else the machine does makes no plan late.
         self.controller = Controller(prepared.line, prepared.walls, car, parts.mpc, clock=thread_time)
         self.guard = Guard(parts.guard, car, self.controller.model)
+        path = prepared.line.path
+        self._anywhere = Anywhere(parts.guard, prepared.known.field(), path.points, path.heading)
         self._by_scan = _core.Racer(load_setup(MAPPING_SETUP).params(car.core))
         self._race: _core.Race | None = None
         self._frame: FloatArray | None = None
+        self._start: Pose = prepared.known.start or (0.0, 0.0, 0.0)
         self.reset()
 
     def reset(self) -> None:
-        """Forgets everything: the car stands on the map's start."""
-        self.localiser.start(self.prepared.known.start or (0.0, 0.0, 0.0))
+        """Forgets everything: the car stands where it was said to start, or on the map's start."""
+        self.localiser.start(self._start)
         self.controller.reset()
         self.guard.reset()
+        self._anywhere.rest()
         self._by_scan.reset()
         self._lost_for = 0.0
         self._on_scan = False
         self._previous_steering = 0.0
         self.estimate: Estimate | None = None
         self.seen: dict[str, Any] = {}
+
+    def starts_at(self, share: float) -> None:
+        """Where the car is put down, as a share of a lap after the map's start: known as people know it, roughly."""
+        walls, share = self.prepared.walls, share % 1.0
+        self._start = walls.start_pose(share * walls.length) if share else self.prepared.known.start or self._start
+        self.reset()
 
     def see_truth(self, race: _core.Race | None, track: Track) -> None:
         """For the ablation: the simulator's pose, laid on the map by the best fit of its walls."""
@@ -93,6 +106,7 @@ class GlobalDriver:
             command = self._without_pose(step, command, ranges, (speed, yaw_rate, steering_angle), dt, head)
         else:
             self._lost_for, self._on_scan = 0.0, False
+        self._seek(pose, ranges, head, speed, dt)
         if command[:2] != step[:2]:
             self.controller.replace(command[0], command[1])
         self._previous_steering = command[1]
@@ -117,6 +131,19 @@ class GlobalDriver:
             return None
         x, y, yaw = compose(np.array(body[:3]), motion_of(speed, yaw_rate, dt)).tolist()
         return x, y, yaw
+
+    def _seek(
+        self, pose: Pose | None, ranges: npt.NDArray[np.float32], head: ScanHeader, speed: float, dt: float
+    ) -> None:
+        """Lost and standing: the filter looks only nearby, so that where the car is must be found anew."""
+        if pose is not None:
+            if speed > SURE:
+                self._anywhere.rest()
+            return
+        seen = returns(ranges, head, 0.0, 0.0, self.guard.body, head.range_max)
+        found = self._anywhere.look(seen, speed, dt)
+        if found is not None:
+            self.localiser.start(found)
 
     def _meet(self, pose: Pose | None) -> None:
         """A pose that is far from the expected one: what the controller believed was wrong."""
@@ -173,6 +200,10 @@ class GlobalHandle:
     def __init__(self, parts: Parts, car: Car, prepared: Prepared) -> None:
         self.driver = GlobalDriver(parts, car, prepared)
         self.core: _core.Driver = _core.CallbackDriver(self.driver)
+
+    def starts_at(self, share: float) -> None:
+        """Where it will be put down, as a share of a lap after the start line."""
+        self.driver.starts_at(share)
 
     def see_truth(self, race: _core.Race | None, track: Track) -> None:
         """For the ablation, before the first step and after the last."""

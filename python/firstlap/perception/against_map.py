@@ -82,7 +82,7 @@ def measure(
         raise InputError(f"{recording.name}: has no poses; only a recording with poses can be held against a map")
     track = load_track(str(map_path))
     forward = Truth.of(track)
-    _check_on_map(recording, forward, poses, map_path)
+    check_on_map(recording, forward, poses, map_path)
     backward = forward.reversed()
     perception = Perception(forward, tolerance=TOLERANCE)
     found = AgainstMap(recording.name, track, setup, car, perception)
@@ -120,7 +120,7 @@ def measure(
     return found
 
 
-def _check_on_map(recording: Recording, truth: Truth, poses: FloatArray, map_path: str | Path) -> None:
+def check_on_map(recording: Recording, truth: Truth, poses: FloatArray, map_path: str | Path) -> None:
     """Poses of another map, or of odometry that knows none, would only measure nonsense."""
     off = np.array([np.hypot(*(truth.line - pose[:2]).T).min() for pose in poses[:: max(1, len(poses) // 200)]])
     widest = 0.5 * float(truth.width.max()) + 0.3

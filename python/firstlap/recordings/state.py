@@ -80,6 +80,8 @@ def states_at(times: Floats, held: Sources, speed: float | None) -> States:
         columns[:, 0] = 1.0 if speed is None else speed
         sources["speed"] = "none"
         remarks.append(f"neither odometry nor commands: the speed is taken to be {columns[0, 0]:g} m/s")
+    if speed is not None and sources["speed"] != "none":
+        remarks.append(f"the speed of {speed:g} m/s is not used: it is known from {sources['speed']}")
     _add_steering(times, held, columns, sources)
     _add_yaw_rate(times, held, columns, sources, remarks)
     return States(columns, sources, remarks)

@@ -1,4 +1,7 @@
-"""One name for any track: ours, a file, a ROS map or a random one."""
+"""One name for any track: ours, a file, a ROS map or a random one.
+
+What reads and makes tracks is imported when it is needed: a process that is handed a track needs none of it.
+"""
 
 from __future__ import annotations
 
@@ -7,10 +10,7 @@ from pathlib import Path
 
 from firstlap.errors import InputError
 from firstlap.tracks.map_header import parse_mapping, read_text
-from firstlap.tracks.random_track import random_track
-from firstlap.tracks.ros_map import load_ros_map
 from firstlap.tracks.track import Track
-from firstlap.tracks.track_file import load_track_file
 
 
 def tracks_folder() -> Path:
@@ -33,8 +33,12 @@ def load_track(spec: str) -> Track:
     Raises InputError when there is no such track or its file is wrong.
     """
     if spec.startswith("random:"):
+        from firstlap.tracks.random_track import random_track
+
         return random_track(_seed(spec))
     if spec in list_tracks():
+        from firstlap.tracks.track_file import load_track_file
+
         return load_track_file(tracks_folder() / f"{spec}.yaml")
     path = Path(spec)
     try:
@@ -48,6 +52,9 @@ def load_track(spec: str) -> Track:
 
 
 def _load_file(path: Path) -> Track:
+    from firstlap.tracks.ros_map import load_ros_map
+    from firstlap.tracks.track_file import load_track_file
+
     data = parse_mapping(read_text(path), str(path))
     return load_ros_map(path) if "image" in data else load_track_file(path)
 

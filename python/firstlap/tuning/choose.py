@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from firstlap.parameters import Values
 from firstlap.tuning.candidate import Problem, Verdict
 from firstlap.tuning.pool import Pool, race_all
-from firstlap.tuning.spread import Conditions, drawn
+from firstlap.tuning.spread import Conditions, checks
 from firstlap.tuning.study import Trial
 
 CHUNK = 5
@@ -38,9 +38,9 @@ class Chosen:
 
 @dataclass(frozen=True)
 class Choice:
-    """holds: none where nothing did. seen: the fastest lap of all that finished at least
-    every other race of the search. tried: on fresh seeds.
-    compared: the start that laps are compared with, on the same."""
+    """holds: none where nothing did. seen: the fastest on fresh seeds of what was raced there, which the fastest lap of
+    the search always is, of those that finished at least every other race. tried: what was raced there to find `holds`.
+    compared: the start that laps are compared with, on the same seeds."""
 
     holds: Chosen | None
     seen: Chosen | None
@@ -63,7 +63,7 @@ def choose(
     Among the first `finalists` that hold, the fastest on the fresh seeds is chosen.
     """
     fresh = replace(problem, laps=int(judge["check_laps"]), patient=True)
-    conditions = drawn(int(judge["check_seeds"]), seed, "choice")
+    conditions = checks(int(judge["check_seeds"]), seed)
     waiting = sorted((t for t in trials if t.verdict.holds), key=lambda t: (t.cost, t.number))
     tried: list[Chosen] = []
     passed: list[Chosen] = []
@@ -104,10 +104,10 @@ def _fastest_seen(
     fastest = min(seen, key=lambda t: (t.verdict.lap, t.number), default=None)
     if fastest is None:
         return None
-    again = next((chosen for chosen in tried if chosen.trial.number == fastest.number), None)
-    if again and again.check.raced == len(conditions):
-        return again
-    return Chosen(fastest, race_conditions(fresh, fastest.given, conditions, pool, progress))
+    whole = [chosen for chosen in tried if chosen.check.raced == len(conditions)]
+    if all(chosen.trial.number != fastest.number for chosen in whole):
+        whole.append(Chosen(fastest, race_conditions(fresh, fastest.given, conditions, pool, progress)))
+    return min(whole, key=lambda chosen: (chosen.lap, chosen.trial.number))
 
 
 def race_conditions(

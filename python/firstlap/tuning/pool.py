@@ -28,6 +28,8 @@ from firstlap.tuning.candidate import Problem, Verdict, judge
 CONNECT_SECONDS = 10.0
 WORKERLESS_SECONDS = 20.0
 POLL_SECONDS = 0.5
+SCHEMES = ("tcp", "tls", "ws", "wss", "ucx", "ucxx")
+"""Of what Dask connects by."""
 Job = tuple[Problem, Values, Sequence[float | None] | None]
 
 
@@ -93,6 +95,7 @@ class ClusterPool:
         except ImportError:
             raise missing_extra("--cluster", "distributed", "tune") from None
         _silence_dask()
+        _check_address(address)
         connect: Any = distributed.Client
         try:
             self._client: Any = connect(address, timeout=CONNECT_SECONDS, set_as_default=False)
@@ -191,6 +194,15 @@ def _result(future: Future[Verdict]) -> Verdict:
         if type(error).__module__.startswith("distributed"):
             raise PoolGoneError(f"the cluster gave a candidate up ({_first_line(error)})") from None
         raise
+
+
+def _check_address(address: str) -> None:
+    """Raises InputError for what can be nobody's address; a client that fails on it takes long to go away."""
+    place, colon, port = address.rpartition(":")
+    scheme, separator, host = place.rpartition("://")
+    whole = bool(host) and bool(colon) and port.isascii() and port.isdigit() and int(port) < 65536
+    if not whole or (separator and scheme not in SCHEMES):
+        raise InputError(f"--cluster {address[:80]}: expected an address like tcp://192.168.1.10:8786")
 
 
 def _silence_dask() -> None:

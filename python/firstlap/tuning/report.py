@@ -35,6 +35,10 @@ td, th { padding: 0.2em 0.9em 0.2em 0; vertical-align: top; } td { border-bottom
 """
 
 
+ROLES = (("holds", "fastest that holds"), ("seen", "fastest seen"))
+"""The two marked setups, in words."""
+
+
 def page(title: str, parts: Iterable[str]) -> str:
     """A whole HTML page."""
     body = "\n".join(parts)
@@ -93,12 +97,13 @@ def report(tuned: Tuned, found: dict[str, Any], validation: Validation | None, c
 
 def _headline(found: dict[str, Any]) -> str:
     start = found["compared_with"]
-    rows: list[Sequence[object]] = [(start["setup"], number(start["lap"]), "", "", "", "")]
-    for role, title in (("holds", "fastest that holds"), ("seen", "fastest seen")):
-        if entry := found[role]:
-            less = "-" if entry["less"] is None else f"{100 * entry['less']:.1f} %"
-            failed = f"{entry['failed']} of {entry['races']}"
-            rows.append((title, number(entry["lap"]), less, failed, number(entry["clearance"]), entry["file"]))
+    entries = [(start["setup"], {**start, "less": None, "file": ""})]
+    entries += [(title, found[role]) for role, title in ROLES if found[role]]
+    rows: list[Sequence[object]] = []
+    for title, entry in entries:
+        less = "" if entry["less"] is None else f"{100 * entry['less']:.1f} %"
+        failed = f"{entry['failed']} of {entry['races']}"
+        rows.append((title, number(entry["lap"]), less, failed, number(entry["clearance"]), entry["file"]))
     head = [
         "setup",
         "lap [s]",
@@ -114,7 +119,8 @@ def _headline(found: dict[str, Any]) -> str:
 def _what(tuned: Tuned, found: dict[str, Any]) -> str:
     return (
         f"Driver {found['driver']}, car {found['car']}, {found['direction']}; {found['trials']} trials of up to "
-        f"{found['seeds']} races, {found['seconds']:.0f} s of search, seed {found['seed']}; "
+        f"{found['seeds']} races, seed {found['seed']}; {found['laps']:.0f} laps simulated in {found['seconds']:.0f} s "
+        f"of search, {found['laps_per_second']:.1f} a second with {found['workers']} at once; "
         f"study {found['study']} in {found['study_file']}; version {__version__}."
     )
 

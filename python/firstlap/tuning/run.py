@@ -30,11 +30,12 @@ class Watch:
 
 @dataclass(frozen=True)
 class Tuned:
-    """What a tuning came to. problem: as the last candidates raced it."""
+    """What a tuning came to. workers: how many raced at once."""
 
     session: Session
     search: Search
     choice: Choice
+    workers: int
 
     @property
     def study(self) -> Study:
@@ -83,7 +84,7 @@ def tune(session: Session, study: Study, pool: Pool, budget: Budget, watch: Watc
     search.run(budget)
     given = search.compared.given
     choice = choose(search.problem, study.ordered, given, pool, session.judge, session.seed, watch.races)
-    return Tuned(session, search, choice)
+    return Tuned(session, search, choice, pool.workers)
 
 
 def validate_tuned(tuned: Tuned, others: Mapping[str, Track], pool: Pool, watch: Watch) -> Validation | None:

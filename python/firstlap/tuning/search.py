@@ -82,7 +82,6 @@ class Search:
         self.compared: Setup = self.starts[0]
         self.reference = 0.0
         self.slowest = slowest
-        self.laps_driven = 0.0
         self.laps_after = 0.0
         self.done: Callable[[Trial], object] = lambda _trial: None
         self.cpu_seconds = 0.0
@@ -234,7 +233,6 @@ class Search:
         return [self.study.trials[first + index] for index in range(len(setups))]
 
     def _keep(self, number: int, setup: Setup, verdict: Verdict, start: str) -> None:
-        self.laps_driven += verdict.driven
         trial = Trial(number, setup.given, verdict, self._cost(verdict), start, round(self.seconds, 3))
         self.study.add(trial, self.space)
         self.done(trial)

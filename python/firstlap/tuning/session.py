@@ -88,6 +88,7 @@ def make_session(
     *,
     driver: str | None,
     start: str | None,
+    others: str | None = None,
     car: Car,
     judge: dict[str, float],
     seeds: int = 8,
@@ -97,12 +98,16 @@ def make_session(
     fix: str | None = None,
     population: int | None = None,
 ) -> Session:
-    """start: the setup to begin with and to compare with; default: base, or the driver's own. Raises InputError."""
+    """start: the setup to begin with and to compare with; default: base, or the driver's own.
+
+    others: setups that are raced too, names with commas between, or `none`; default: our own of the same driver.
+    Raises InputError.
+    """
     driver_kind(driver or LOCAL)
     if start is None and (driver or LOCAL) == LOCAL:
         start = BASE
     first = choose_setup(driver, start)
-    starts = starts_of(first)
+    starts = starts_of(first, others)
     space = make_space(starts, only, fix)
     if only is not None or fix is not None:
         starts = [first, *(_only_these(first, other, space) for other in starts[1:])]
@@ -126,10 +131,18 @@ def _only_these(first: Setup, other: Setup, space: Space) -> Setup:
     return replace(first, name=f"{first.name} with {other.name}", given={**first.given, **values})
 
 
-def starts_of(first: Setup) -> list[Setup]:
-    """The setup asked for, then our own of the same driver: the search begins at the best of them."""
-    own = [load_setup(name) for name in list_setups(first.driver)]
-    return [first, *(setup for setup in own if setup.given != first.given)]
+def starts_of(first: Setup, others: str | None = None) -> list[Setup]:
+    """The setup asked for, then the others, or our own of the same driver: the search begins at the best of them."""
+    names = list_setups(first.driver) if others is None else _named(others)
+    found = [load_setup(name, first.driver) for name in names]
+    return [first, *(setup for setup in found if setup.given != first.given)]
+
+
+def _named(others: str) -> list[str]:
+    names = [name.strip() for name in others.split(",") if name.strip()]
+    if not names:
+        raise InputError("--starts: expected setups with commas between, for example sure,race, or none")
+    return [] if names == ["none"] else names
 
 
 def new_name(path: Path, track: Track, driver: str, reverse: bool) -> str:

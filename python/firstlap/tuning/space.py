@@ -98,7 +98,7 @@ def make_space(setups: Sequence[Setup], only: str | None, fix: str | None) -> Sp
     """
     driver = setups[0].driver
     table = setups[0].fields
-    wanted = _names(only, table, "--only") if only is not None else _usual(driver, table)
+    wanted = _names(only, table, "--only") if only is not None else usual(driver, table)
     fixed = _names(fix, table, "--fix") if fix is not None else []
     axes = [axis_around(field, [float(s.get(field.key)) for s in setups]) for field in wanted if field not in fixed]
     axes = [axis for axis in axes if axis.high > axis.low]
@@ -126,7 +126,8 @@ def axis_around(field: Field, values: Sequence[float]) -> Axis:
     return Axis(field, float(f"{low:.{DIGITS}g}"), float(f"{high:.{DIGITS}g}"))
 
 
-def _usual(driver: str, table: FieldTable) -> list[Field]:
+def usual(driver: str, table: FieldTable) -> list[Field]:
+    """What is searched unless told otherwise, and what people turn first."""
     if driver in TUNED:
         return [table.find(name, "tune") for name in TUNED[driver]]
     return [field for field in table.fields if field.section != "car"]

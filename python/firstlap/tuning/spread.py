@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -41,7 +41,14 @@ JUDGE_FIELDS = FieldTable(
         _row("judge", "hopeless", "", (0.0, 10.0), 0.04, "slower than the best by more than this share: ended early"),
         _row("judge", "slowest", "", (1.1, 10.0), 1.5, "a lap slower than this many of the start's is a timeout"),
         _row("judge", "check_laps", "", (2, 100), 3, "laps of a race when the best are raced again on fresh seeds"),
-        _row("judge", "check_seeds", "", (1, 10_000), 100, "fresh seeds that a setup must hold on to be chosen"),
+        _row(
+            "judge",
+            "check_seeds",
+            "",
+            (1, 10_000),
+            100,
+            "fresh seeds on which what is chosen must hold; half of the races at the worst ends",
+        ),
         _row("judge", "finalists", "", (1, 100), 2, "setups that hold among which the fastest is chosen"),
         _row("judge", "unseen_seeds", "", (1, 10_000), 50, "seeds of the validation on the track itself"),
         _row(
@@ -57,6 +64,8 @@ JUDGE_FIELDS = FieldTable(
 """The one table of how candidates are judged; the option --judge changes a value of it."""
 
 SPREAD_NAMES = tuple(row.name for row in JUDGE_FIELDS.fields if row.section == "spread")
+WORST = {"friction": -1.0, "delay": 1.0, "servo": 1.0}
+"""The ends at which a car is hardest to hold, where that is known."""
 BLOCK = 1_000_000_000
 PURPOSES = ("search", "choice", "validation")
 
@@ -93,7 +102,7 @@ def corners(count: int, seed: int) -> list[Conditions]:
     while size < min(count, 1024):
         size *= 2
     design = hadamard(size)[:, 1 : 1 + len(SPREAD_NAMES)]
-    worst = np.array([-1.0 if name == "friction" else 1.0 for name in SPREAD_NAMES])
+    worst = np.array([WORST.get(name, 1.0) for name in SPREAD_NAMES])
     return [
         Conditions(
             race_seed("search", seed, k),
@@ -111,6 +120,17 @@ def drawn(count: int, seed: int, purpose: str) -> list[Conditions]:
         draw = np.random.default_rng(number).uniform(-1.0, 1.0, len(SPREAD_NAMES))
         result.append(Conditions(number, dict(zip(SPREAD_NAMES, (float(v) for v in draw), strict=True))))
     return result
+
+
+def checks(count: int, seed: int) -> list[Conditions]:
+    """For the choice: half of the races, which come first, with the least grip and the longest delays there are.
+
+    What fails there once in twenty races fails elsewhere once in hundreds, so that races drawn evenly would not show
+    it and one on the track would.
+    """
+    found = drawn(count, seed, "choice")
+    hard = (count + 1) // 2
+    return [replace(one, share={**one.share, **WORST}) for one in found[:hard]] + found[hard:]
 
 
 def changed_car(car: Car, spread: Mapping[str, float], conditions: Conditions) -> Car:

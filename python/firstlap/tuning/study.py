@@ -66,6 +66,11 @@ class Study:
         return max((trial.seconds for trial in self.trials.values()), default=0.0)
 
     @property
+    def laps(self) -> float:
+        """Simulated so far, parts included."""
+        return sum(trial.verdict.driven for trial in self.trials.values())
+
+    @property
     def ordered(self) -> list[Trial]:
         """All trials in the order of the search."""
         return [self.trials[number] for number in sorted(self.trials)]

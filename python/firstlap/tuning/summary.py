@@ -10,6 +10,7 @@ from typing import Any
 from firstlap import __version__
 from firstlap.rules import check_rules
 from firstlap.setup_file import Setup
+from firstlap.tuning.candidate import Verdict
 from firstlap.tuning.choose import Chosen
 from firstlap.tuning.run import Tuned
 from firstlap.tuning.validate import Validation
@@ -30,15 +31,26 @@ def summary(tuned: Tuned, files: Mapping[str, Path], study_file: Path, validatio
         "study": tuned.study.name,
         "study_file": str(study_file),
         "trials": len(tuned.study.trials),
-        "laps": round(search.laps_driven, 1),
+        "laps": round(tuned.study.laps, 1),
         "seconds": round(tuned.study.seconds, 1),
+        "laps_per_second": round(tuned.study.laps / max(tuned.study.seconds, 1e-9), 2),
+        "workers": tuned.workers,
         "cpu_seconds": round(search.cpu_seconds, 1),
-        "compared_with": {"setup": search.compared.name, "lap": tuned.reference},
+        "compared_with": {"setup": search.compared.name, "lap": tuned.reference, **_safety(tuned.choice.compared)},
         **{
             role: describe(tuned, chosen, files[role]) if chosen else None
             for role, chosen in (("holds", tuned.choice.holds), ("seen", tuned.choice.seen))
         },
         "validation": validation.to_dict() if validation else None,
+    }
+
+
+def _safety(check: Verdict) -> dict[str, Any]:
+    return {
+        "races": check.raced,
+        "failed": check.failed,
+        "clearance": check.clearance,
+        "margin_broken": sum(clearance < check.margin for clearance in check.clearances),
     }
 
 
@@ -52,10 +64,7 @@ def describe(tuned: Tuned, chosen: Chosen, file: Path) -> dict[str, Any]:
         "lap": check.lap,
         "lap_in_search": chosen.trial.verdict.lap,
         "less": None if check.lap is None else tuned.less(chosen),
-        "races": check.raced,
-        "failed": check.failed,
-        "clearance": check.clearance,
-        "margin_broken": sum(clearance < check.margin for clearance in check.clearances),
+        **_safety(check),
         "values": {f"{section}.{name}": value for (section, name), value in chosen.trial.given.items()},
         "rules": [asdict(rule) for rule in check_rules(setup, tuned.session.car)],
     }

@@ -34,9 +34,11 @@ class Frame:
 
     number: counts the steps of its source; a new one is a new picture. time: [s] of the source's clock. pose: None
     where the car's place is not known: then everything is shown around the car. speed, yaw_rate, steering_angle:
-    measured. trace: of the driver, in base_link (cpp/firstlap/trace.hpp). step_us: the step's own time. way, offset:
+    measured. trace: of the driver, in base_link (cpp/firstlap/trace.hpp);
+    empty before its first step. step_us: the step's own time. way, offset:
     [m] along and left of the centerline, where known. clearance: [m] smallest so far in this lap, where known.
-    laps: complete ones, oldest first. going: whether the car may move. said: why it does not, or what just happened.
+    laps: complete ones, oldest first. before: the trace of the loaded setup over the same scan, where another one is
+    tried on a recording. going: whether the car may move. said: why it does not, or what just happened.
     """
 
     number: int
@@ -52,6 +54,7 @@ class Frame:
     offset: float | None = None
     clearance: float | None = None
     laps: tuple[DrivenLap, ...] = ()
+    before: Mapping[str, Any] | None = None
     going: bool = True
     said: str = ""
 

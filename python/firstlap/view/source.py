@@ -83,6 +83,10 @@ class Plays(Protocol):
     """How many."""
 
     @property
+    def scan(self) -> int:
+        """The one that is shown, from 0."""
+
+    @property
     def playing(self) -> bool:
         """Whether it runs by itself."""
 

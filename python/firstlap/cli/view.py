@@ -1,0 +1,244 @@
+"""firstlap view"""
+
+from __future__ import annotations
+
+import errno
+import os
+import socket
+import sys
+import threading
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from firstlap.cli.common import DriverOption, SetOption, SetupOption, chosen_setup, note
+from firstlap.cli.recording import (
+    DriveTopic,
+    ImuTopic,
+    KeepBody,
+    OdomTopic,
+    PoseTopic,
+    ScanTopic,
+    SpeedOption,
+    read,
+    setup_and_car,
+)
+from firstlap.cli.ros_arguments import ros_arguments
+from firstlap.errors import InputError, missing_extra
+from firstlap.tracks.library import list_tracks, load_track
+from firstlap.view.conditions import PACE_FIELDS, checked_pace
+
+if TYPE_CHECKING:
+    from firstlap.view.app import MakePanel
+    from firstlap.view.source import Source
+
+PORT = 8080
+TRIED = 20
+"""Ports from the usual one on, where none was asked for."""
+PACES = PACE_FIELDS.fields[0].range
+RECORDINGS = (".npz", ".mcap", ".db3", ".bag")
+
+
+def view(
+    context: typer.Context,
+    what: Annotated[
+        str | None,
+        typer.Argument(metavar="TRACK|RECORDING", help="A track as of `race`, or a recording as of `replay`."),
+    ] = None,
+    ros: Annotated[bool, typer.Option("--ros", help="A car or simulator over ROS 2 instead.")] = False,
+    driver: DriverOption = None,
+    setup: SetupOption = None,
+    changes: SetOption = None,
+    car: Annotated[
+        str | None, typer.Option("--car", metavar="CAR", help="default, nuc2, gym or a YAML file; else a log's own.")
+    ] = None,
+    seed: Annotated[int | None, typer.Option("--seed", min=0, help="A race: of everything random.")] = None,
+    reverse: Annotated[bool, typer.Option("--reverse", help="A race: the other way round.")] = False,
+    pace: Annotated[float | None, typer.Option("--pace", metavar="TIMES", help=f"Times real time: {PACES}.")] = None,
+    map_path: Annotated[
+        Path | None, typer.Option("--map", metavar="MAP", help="A recording with poses: the map that they are in.")
+    ] = None,
+    scan_topic: ScanTopic = None,
+    odom_topic: OdomTopic = None,
+    imu_topic: ImuTopic = None,
+    drive_topic: DriveTopic = None,
+    pose_topic: PoseTopic = None,
+    speed: SpeedOption = None,
+    keep_body: KeepBody = False,
+    host: Annotated[
+        str, typer.Option("--host", metavar="ADDRESS", help="Where to listen; others than this machine need a token.")
+    ] = "127.0.0.1",
+    port: Annotated[
+        int | None,
+        typer.Option("--port", min=0, max=65535, help=f"Default: {PORT}, or the next free one; 0: any."),
+    ] = None,
+    token: Annotated[
+        str | None, typer.Option("--token", metavar="TOKEN", help="For those who control; else one is made up.")
+    ] = None,
+    open_browser: Annotated[bool, typer.Option("--open/--no-open", help="Open the browser.")] = True,
+) -> int:
+    """Watch the driver think and turn its knobs while it drives, in the browser. What follows --ros-args is for ROS."""
+    try:
+        import viser  # noqa: F401
+    except ImportError:
+        raise missing_extra("firstlap view", "viser", "view") from None
+    from firstlap.recordings import Topics
+
+    topics = Topics(scan_topic, odom_topic, imu_topic, drive_topic, pose_topic, speed)
+    of_race = {"--seed": seed, "--reverse": reverse or None}
+    of_recording = {**_given(topics), "--map": map_path, "--keep-body": keep_body or None}
+    of_both = {"--driver": driver, "--setup": setup, "--set": changes, "--car": car, "--pace": pace}
+    times = 1.0 if pace is None else checked_pace(pace)
+    if ros:
+        _refuse({"the argument": what, **of_both, **of_race, **of_recording}, "with --ros")
+        source = _ros(ros_arguments(context))
+    elif what is None:
+        raise InputError("expected a track, a recording, or --ros; for example `firstlap view arena`")
+    elif is_track(what):
+        _refuse(of_recording, "with a track")
+        chosen = chosen_setup(setup, changes, driver)
+        source = _race(what, chosen, car or "default", 1 if seed is None else seed, reverse, times)
+    else:
+        _refuse(of_race, "with a recording")
+        loaded = read(Path(what), topics)
+        for remark in loaded.remarks:
+            note(remark)
+        chosen, loaded_car, remarks = setup_and_car(loaded, driver, setup, changes, car)
+        for remark in remarks:
+            note(remark)
+        source = _recording(loaded, chosen, loaded_car, map_path, not keep_body, times)
+    return _serve(source, host, choose_port(host, port), token, open_browser)
+
+
+def is_track(what: str) -> bool:
+    """Whether that names a track, rather than a recording. Raises InputError where it is neither."""
+    if what in list_tracks() or what.startswith("random:"):
+        return True
+    path = Path(what)
+    if not path.exists():
+        if path.suffix.lower() in RECORDINGS:
+            raise InputError(f"{what}: no such recording")
+        try:
+            load_track(what)
+        except InputError as error:
+            raise InputError(f"{error}; a recording is a rosbag2 folder or a file {', '.join(RECORDINGS)}") from None
+    return path.suffix.lower() in (".yaml", ".yml")
+
+
+def _given(topics: Any) -> dict[str, object]:
+    """The options that say what is read of a recording."""
+    names = ("scan", "odom", "imu", "drive", "pose")
+    return {**{f"--{name}-topic": getattr(topics, name) for name in names}, "--speed": topics.speed}
+
+
+def _refuse(options: Mapping[str, object], where: str) -> None:
+    for name, value in options.items():
+        if value is not None:
+            raise InputError(f"{name}: has no meaning {where}")
+
+
+def _race(track: str, setup: Any, car: str, seed: int, reverse: bool, pace: float) -> Source:
+    from firstlap.car_file import load_car
+    from firstlap.view.sim_source import SimSource
+
+    loaded = load_track(track)
+    for remark in loaded.notes:
+        note(remark)
+    return SimSource(loaded.reversed() if reverse else loaded, setup, load_car(car), seed=seed, pace=pace)
+
+
+def _recording(recording: Any, setup: Any, car: Any, map_path: Path | None, mask_body: bool, pace: float) -> Source:
+    from firstlap.view.recording_source import RecordingSource, track_under
+
+    track = None if map_path is None else track_under(recording, map_path)
+    return RecordingSource(recording, setup, car, track=track, mask_body=mask_body, pace=pace)
+
+
+def _ros(arguments: list[str]) -> Source:
+    from firstlap.ros import require_ros
+
+    require_ros()
+    from firstlap.view.ros_source import RosSource
+
+    source: Source = RosSource(arguments)
+    return source
+
+
+def choose_port(host: str, port: int | None) -> int:
+    """The one that was asked for, or the first from the usual one on that nobody listens at."""
+    if port is not None:
+        return port
+    for candidate in range(PORT, PORT + TRIED):
+        if _is_free(host, candidate):
+            if candidate != PORT:
+                note(f"port {PORT} is taken: {candidate} instead")
+            return candidate
+    raise InputError(f"ports {PORT} to {PORT + TRIED - 1} are taken; another one with --port, or --port 0 for any")
+
+
+def _is_free(host: str, port: int) -> bool:
+    """Also where it cannot be known: then the gate says what is wrong."""
+    try:
+        with socket.create_server((host, port), family=socket.AF_INET6 if ":" in host else socket.AF_INET):
+            return True
+    except OSError as error:
+        return error.errno != errno.EADDRINUSE
+
+
+def _serve(source: Source, host: str, port: int, token: str | None, open_browser: bool) -> int:
+    from firstlap.view.app import serve
+    from firstlap.view.gate import Gate
+
+    gate, app = Gate(token), None
+    try:
+        source.start()
+        app = serve(source, host=host, port=port, gate=gate, panel=panels_of(source))
+        _say(gate)
+        if open_browser and _has_display():
+            _open(gate.url)
+        _wait()
+    finally:
+        if app is not None:
+            app.close()
+        source.close()
+    return 0
+
+
+def panels_of(source: Source) -> MakePanel:
+    """Controls for those who may control, and something to see for all others."""
+    from firstlap.view.panel import Panel, WatchPanel
+
+    def panel(client: Any, may_control: bool, on_map: Any) -> Any:
+        return Panel(client, source, on_map=on_map) if may_control else WatchPanel(client, source)
+
+    return panel
+
+
+def _say(gate: Any) -> None:
+    if gate.warning:
+        print(f"warning: {gate.warning}", file=sys.stderr)
+    print(gate.url, flush=True)
+    if gate.watch_url:
+        print(f"to watch only: {gate.watch_url}", flush=True)
+    note("Ctrl-C ends it")
+
+
+def _wait() -> None:
+    """Until Ctrl-C, which is how this ends."""
+    try:
+        threading.Event().wait()
+    except KeyboardInterrupt:
+        return
+
+
+def _has_display() -> bool:
+    """Whether a browser could show itself; one in the terminal would be in the way."""
+    return sys.platform != "linux" or bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+
+
+def _open(address: str) -> None:
+    import webbrowser
+
+    threading.Thread(target=webbrowser.open, args=(address,), kwargs={"new": 2}, daemon=True).start()

@@ -1,0 +1,104 @@
+"""A websocket of viser's that knows who is at its other end: what it may say, and how long it may keep us waiting."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from enum import Enum
+from typing import Any
+
+import msgspec
+from websockets.asyncio.server import ServerConnection
+from websockets.exceptions import ConnectionClosed
+
+MESSAGE_SIZE = 2**20
+"""[B] of one message from a browser."""
+QUEUE = 4
+"""Messages of one browser that wait to be read."""
+PATIENCE = 10.0
+"""[s] that a browser may take none of what it is sent. websockets' own ping waits behind what is not taken."""
+
+_WATCHING = frozenset(
+    {
+        "ViewerCameraMessage",
+        "GuiUpdateMessage",
+        "GuiButtonHoldMessage",
+        "CommandTriggerMessage",
+        "LocalStorageGetItemResponseMessage",
+        "GetRenderResponseMessage",
+    }
+)
+_CONTROLLING = _WATCHING | {
+    "ScenePointerMessage",
+    "SceneNodeClickMessage",
+    "SceneNodeDragMessage",
+    "TransformControlsUpdateMessage",
+    "TransformControlsDragStartMessage",
+    "TransformControlsDragEndMessage",
+}
+"""Messages that are passed on. Not among them: viser's share link, which would open a tunnel to us from the internet,
+uploads, and forms, which viser passes on to every browser unread."""
+
+
+class Role(Enum):
+    """What a viewer may do."""
+
+    CONTROL = "control"
+    WATCH = "watch"
+
+
+class _Envelope(msgspec.Struct):
+    type: str
+    updates: dict[str, Any] | msgspec.UnsetType = msgspec.UNSET
+
+
+_decoder = msgspec.msgpack.Decoder(_Envelope)
+
+
+def may_pass(message: str | bytes, role: Role) -> bool:
+    """Whether a message goes on to viser. Raises ValueError where it is none of viser's."""
+    if isinstance(message, str):
+        raise ValueError("text, where viser's messages are binary")
+    try:
+        envelope = _decoder.decode(message)
+    except (msgspec.MsgspecError, RecursionError) as error:
+        raise ValueError(str(error)) from None
+    if envelope.type not in (_CONTROLLING if role is Role.CONTROL else _WATCHING):
+        return False
+    # viser sets whatever attribute an update names.
+    return envelope.updates is msgspec.UNSET or set(envelope.updates) == {"value"}
+
+
+class GuardedConnection(ServerConnection):
+    """Passes on what its role may say; gives up on a browser that takes nothing, and on one that talks nonsense."""
+
+    role = Role.WATCH
+
+    async def recv(self, decode: bool | None = None) -> Any:
+        """The next message that may pass. Raises ConnectionClosed."""
+        while True:
+            message = await super().recv(decode)
+            try:
+                if may_pass(message, self.role):
+                    return message
+            except ValueError:
+                await self.close(1003, "not a message of this page")
+
+    async def send(self, message: Any, text: bool | None = None) -> None:
+        """Raises ConnectionClosed, also where nothing was taken for PATIENCE."""
+        try:
+            await asyncio.wait_for(super().send(message, text), PATIENCE)
+        except asyncio.TimeoutError:
+            self.transport.abort()
+            await self.wait_closed()
+            await super().send(message, text)
+
+
+class Quiet(logging.Logger):
+    """For websockets: strangers knocking, and connections lost, are nothing to print."""
+
+    def __init__(self) -> None:
+        super().__init__("firstlap.view", logging.CRITICAL)
+
+
+__all__ = ["MESSAGE_SIZE", "QUEUE", "ConnectionClosed", "GuardedConnection", "Quiet", "Role", "may_pass"]

@@ -1,0 +1,147 @@
+"""All rows of a field table as controls: grouped, searched, marked where changed, and put back."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from viser import Icon
+
+from firstlap.parameters import Field, FieldTable, Value
+from firstlap.view.desk import Desk, assign
+from firstlap.view.knobs import Change, Current, Knob, shown
+
+LONGEST_SEARCH = 60
+
+
+@dataclass
+class _Group:
+    label: str
+    folder: Any
+    knobs: list[Knob]
+
+
+class KnobBoard:
+    """In the container that is open. often: those that come first, unfolded. loaded: what "reset" goes back to.
+    many: so that a search is of use. changed_in: the container for what was changed: below what is moved, or away from
+    it, so that nothing moves under the mouse when the list grows.
+    """
+
+    def __init__(
+        self,
+        desk: Desk,
+        table: FieldTable,
+        often: Sequence[Field],
+        current: Current,
+        loaded: Current,
+        change: Change,
+        change_together: Callable[[dict[str, Value]], object],
+        many: bool = True,
+        changed_in: Any = None,
+    ) -> None:
+        self._desk = desk
+        self._table = table
+        self._current = current
+        self._loaded = loaded
+        self._change = change
+        self._change_together = change_together
+        self._resets: dict[str, Any] = {}
+        gui = desk.gui
+        self._parts: list[Any] = self._build_tools() if many else []
+        self._groups = self._build(often)
+        with changed_in if changed_in is not None else contextlib.nullcontext():
+            self._changed = gui.add_folder("Changed", visible=False)
+        with self._changed:
+            gui.add_button("Reset all", icon=Icon.ARROW_BACK_UP).on_click(desk.click("reset", self._reset_all))
+        self._parts += [self._changed, *(group.folder for group in self._groups)]
+        self.knobs = [knob for group in self._groups for knob in group.knobs]
+        self.mark()
+
+    def sync(self) -> bool:
+        """Shows what is in force; False where a control is in its viewer's hand, to be asked again."""
+        done = [knob.sync() for knob in self.knobs]
+        self.mark()
+        return all(done)
+
+    def load(self) -> None:
+        """Other values were loaded, of the same table."""
+        for knob in self.knobs:
+            knob.load(self._loaded(knob.field.key))
+        self.mark()
+
+    def mark(self) -> None:
+        """Marks what was changed, and offers to put it back."""
+        changed = {knob.field.key: knob for knob in self.knobs if knob.changed}
+        for knob in self.knobs:
+            knob.mark()
+        for key in [key for key in self._resets if key not in changed]:
+            self._resets.pop(key).remove()
+        with self._changed:
+            for key, knob in changed.items():
+                self._offer_reset(key, knob)
+        assign(self._changed, "visible", bool(changed))
+
+    def remove(self) -> None:
+        """All of it."""
+        self._resets.clear()
+        for handle in self._parts:
+            handle.remove()
+
+    def _offer_reset(self, key: str, knob: Knob) -> None:
+        label = f"{knob.field.name}: {shown(self._current(key))} → {shown(knob.loaded)}"
+        if key not in self._resets:
+            button = self._desk.gui.add_button(label, color="gray", icon=Icon.ARROW_BACK_UP)
+            button.on_click(self._desk.click(f"reset {knob.field.name}", knob.reset))
+            self._resets[key] = button
+        else:
+            assign(self._resets[key], "label", label)
+
+    def _build_tools(self) -> list[Any]:
+        gui = self._desk.gui
+        search = gui.add_text("find", "", hint="words of names or descriptions")
+        search.on_update(lambda event: self._find(event.target.value))
+        exact = gui.add_text("exactly", "", hint="NAME=VALUE, for example " + self._example())
+        button = gui.add_button("Set exactly")
+        button.on_click(self._desk.click("set", lambda: self._set_exactly(exact.value)))
+        return [search, exact, button]
+
+    def _build(self, often: Sequence[Field]) -> list[_Group]:
+        first = list(often) if len(often) < len(self._table.fields) else []
+        rest = [field for field in self._table.fields if field not in first]
+        groups = [self._group("often tuned", first, True)] if first else []
+        sections = [section for section in self._table.sections if any(f.section == section for f in rest)]
+        for section in sections:
+            fields = [field for field in rest if field.section == section]
+            groups.append(self._group(section, fields, len(sections) == 1))
+        return groups
+
+    def _group(self, label: str, fields: Sequence[Field], unfolded: bool) -> _Group:
+        folder = self._desk.gui.add_folder(label, expand_by_default=unfolded)
+        with folder:
+            knobs = [Knob(self._desk, f, self._loaded(f.key), self._current, self._change) for f in fields]
+        return _Group(label, folder, knobs)
+
+    def _find(self, text: str) -> None:
+        with self._desk.lock, self._desk.client.atomic():
+            text = text[:LONGEST_SEARCH].strip()
+            for group in self._groups:
+                hits = [knob for knob in group.knobs if knob.matches(text)]
+                for knob in group.knobs:
+                    knob.show(knob in hits)
+                group.folder.visible = bool(hits)
+                # A folder without a label cannot be folded: what was found is seen.
+                group.folder.label = None if text else group.label
+
+    def _set_exactly(self, text: str) -> None:
+        field, value = self._table.parse_assignment(text, "set", self._example())
+        self._change(field.key, value)
+        self._desk.tell(f"{field.name} = {shown(value)}", field.doc)
+
+    def _reset_all(self) -> None:
+        self._change_together({knob.field.key: knob.loaded for knob in self.knobs if knob.changed})
+
+    def _example(self) -> str:
+        field = next((field for field in self._table.fields if field.type == "float"), self._table.fields[0])
+        return f"{field.key}={shown(self._loaded(field.key))}"

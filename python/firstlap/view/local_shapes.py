@@ -1,0 +1,96 @@
+"""What the method saw and made of it, from its trace (cpp/firstlap/trace.hpp)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from firstlap.colours import DROPPED, INK, LEFT, PAIR, RIGHT, rgb
+from firstlap.colours import LINE as LINE_COLOUR
+from firstlap.colours import PATH as PATH_COLOUR
+from firstlap.view.frame import Points
+from firstlap.view.layers import AIM, CLEANED, LINE, PATH, REMEMBERED, RETURNS, WIDTHS
+from firstlap.view.pens import Cloud, Sheet, SpeedLine, Strokes
+from firstlap.view.shapes import NOTHING, Segments, chain, circle, column_in, joined, number_in, pointer, points_in
+
+RING = 0.12
+"""[m] Radius of the ring around the lookahead point."""
+KEPT = 0
+BOTH = 3
+"""Fate of a section that counts, support of a centerline point that has both walls (segmentation, centerline.hpp)."""
+
+
+class LocalShapes:
+    """Everything that a step of driver `local` can show."""
+
+    def __init__(self, sheet: Sheet) -> None:
+        self._left = Cloud(sheet, f"{RETURNS.node}/left", rgb(LEFT), 0.04, 0.03)
+        self._right = Cloud(sheet, f"{RETURNS.node}/right", rgb(RIGHT), 0.04, 0.03)
+        self._dropped = Cloud(sheet, f"{RETURNS.node}/dropped", rgb(DROPPED), 0.03, 0.02)
+        self._left_before = Cloud(sheet, f"{REMEMBERED.node}/left", rgb(LEFT, 0.6), 0.045, 0.018)
+        self._right_before = Cloud(sheet, f"{REMEMBERED.node}/right", rgb(RIGHT, 0.6), 0.045, 0.018)
+        self._widths = Strokes(sheet, f"{WIDTHS.node}/pairs", rgb(PAIR, 0.45), 1.0)
+        self._line = Strokes(sheet, f"{LINE.node}/line", rgb(LINE_COLOUR), 1.5)
+        self._supported = Cloud(sheet, f"{LINE.node}/points", rgb(LINE_COLOUR), 0.04, 0.022)
+        self._smoothed = Strokes(sheet, f"{CLEANED.node}/smoothed", rgb(INK), 1.5)
+        self._simplified = Cloud(sheet, f"{CLEANED.node}/simplified", rgb(INK), 0.09, 0.04)
+        self._path = SpeedLine(sheet, f"{PATH.node}/path", 0.07, 0.035)
+        self._lookahead = Strokes(sheet, f"{AIM.node}/lookahead", rgb(PATH_COLOUR), 3.0)
+
+    def show(self, trace: Mapping[str, Any], top: float) -> None:
+        """top [m/s]: where the colours of speeds end. An empty trace shows nothing."""
+        self._show_returns(trace)
+        self._show_line(trace)
+        self._path.show(points_of_path(trace), column_in(trace, "path", "velocity"), top)
+        self._lookahead.show(_mark(trace))
+
+    def _show_returns(self, trace: Mapping[str, Any]) -> None:
+        right, left, dropped = by_side(trace)
+        self._right.show(right)
+        self._left.show(left)
+        self._dropped.show(dropped)
+        for side, cloud in (("left", self._left_before), ("right", self._right_before)):
+            points, age = points_in(trace, side, "points"), column_in(trace, side, "age")
+            cloud.show(points[age > 0.0] if len(points) == len(age) else NOTHING)
+
+    def _show_line(self, trace: Mapping[str, Any]) -> None:
+        line = points_in(trace, "line", "points")
+        right, left = points_in(trace, "line", "right"), points_in(trace, "line", "left")
+        both = column_in(trace, "line", "support") == BOTH
+        paired = len(both) == len(right) == len(left)
+        self._widths.show(joined(right[both][::2], left[both][::2], 0.008) if paired else joined(NOTHING, NOTHING, 0.0))
+        self._line.show(chain(line, 0.02))
+        self._supported.show(line[both] if len(both) == len(line) else NOTHING)
+        self._smoothed.show(chain(points_in(trace, "smoothed"), 0.025))
+        self._simplified.show(points_in(trace, "simplified"))
+
+
+def points_of_path(trace: Mapping[str, Any]) -> Points:
+    """(N, 2) of the planned path."""
+    x, y = column_in(trace, "path", "x"), column_in(trace, "path", "y")
+    return np.column_stack([x, y]) if len(x) == len(y) else NOTHING
+
+
+def by_side(trace: Mapping[str, Any]) -> tuple[Points, Points, Points]:
+    """Returns of the right wall, of the left wall, and dropped ones."""
+    points = points_in(trace, "points")
+    split = number_in(trace, "split")
+    side = np.full(len(points), 2)
+    columns = (column_in(trace, "sections", name).astype(int) for name in ("first", "last", "fate"))
+    for i, (first, last, fate) in enumerate(zip(*columns, strict=False)):
+        if fate == KEPT:
+            side[first : last + 1] = 0 if i < split else 1
+    return points[side == 0], points[side == 1], points[side == 2]
+
+
+def _mark(trace: Mapping[str, Any]) -> Segments:
+    """The lookahead point: a ring, and an arrow along the path there."""
+    x, y, yaw = (number_in(trace, "lookahead", name) for name in ("x", "y", "yaw"))
+    if not len(column_in(trace, "path", "s")) or not math.isfinite(x + y + yaw):
+        return chain(NOTHING, 0.0)
+    at = np.array([x, y])
+    begin = at + RING * np.array([math.cos(yaw), math.sin(yaw)])
+    return np.concatenate([circle(at, RING, 0.045), pointer(begin, yaw, 4.0 * RING, 0.045)])

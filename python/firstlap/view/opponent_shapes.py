@@ -1,0 +1,61 @@
+"""The drawings of the other drivers, in the scene."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from firstlap.colours import BAD, FREE, INK, LEFT, RETURN, RIGHT, rgb
+from firstlap.colours import LINE as LINE_COLOUR
+from firstlap.colours import PATH as PATH_COLOUR
+from firstlap.view.layers import AIM, KNOWN, LINE, PATH, RETURNS
+from firstlap.view.opponents import ABOVE, NO_LINES, draw
+from firstlap.view.pens import Cloud, Fan, Sheet, SpeedLine, Strokes
+from firstlap.view.shapes import chain, circle
+
+RING = 0.12
+"""[m] Radius of the ring around an aim."""
+
+
+class OpponentShapes:
+    """geometry: of the car file's section of that name, SI."""
+
+    def __init__(self, sheet: Sheet, geometry: Mapping[str, float]) -> None:
+        self._geometry = geometry
+        self._laser = np.array([geometry["laser_x"], 0.0])
+        self._returns = Cloud(sheet, f"{RETURNS.node}/all", rgb(RETURN), 0.04, 0.03)
+        self._known = Cloud(sheet, f"{KNOWN.node}/walls", rgb(INK), 0.05, 0.012)
+        self._line = Cloud(sheet, f"{LINE.node}/racing", rgb(LINE_COLOUR), 0.05, 0.015)
+        self._free = Fan(sheet, f"{AIM.node}/free", rgb(FREE), 0.10, 0.002)
+        self._chosen = Fan(sheet, f"{AIM.node}/chosen", rgb(FREE), 0.18, 0.004)
+        self._trouble = Cloud(sheet, f"{AIM.node}/trouble", rgb(BAD), 0.11, 0.04)
+        self._aim = Strokes(sheet, f"{AIM.node}/ray", rgb(PATH_COLOUR), 2.5)
+        self._goal = Strokes(sheet, f"{AIM.node}/goal", rgb(PATH_COLOUR), 3.0)
+        self._arc = Strokes(sheet, f"{AIM.node}/arc", rgb(INK), 2.0)
+        self._wanted = Strokes(sheet, f"{AIM.node}/wanted", rgb(BAD), 2.0)
+        self._left = Strokes(sheet, f"{AIM.node}/left", rgb(LEFT), 2.0)
+        self._right = Strokes(sheet, f"{AIM.node}/right", rgb(RIGHT), 2.0)
+        self._spread = Strokes(sheet, f"{AIM.node}/spread", rgb(PATH_COLOUR), 2.0)
+        self._outlines = Strokes(sheet, f"{PATH.node}/outlines", rgb(PATH_COLOUR, 0.4), 1.0)
+        self._plan = SpeedLine(sheet, f"{PATH.node}/plan", 0.07, 0.035)
+
+    def show(self, driver: str, trace: Mapping[str, Any], top: float) -> None:
+        """A step of that driver; of driver local nothing. top [m/s]: where the colours of speeds end."""
+        drawing = draw(driver, trace, self._geometry)
+        self._returns.show(drawing.returns)
+        self._known.show(drawing.known)
+        self._line.show(drawing.line)
+        self._free.show(self._laser, drawing.free)
+        self._chosen.show(self._laser, drawing.chosen)
+        self._trouble.show(drawing.trouble)
+        self._aim.show(chain(drawing.aim, ABOVE))
+        self._goal.show(circle(drawing.aim[-1], RING, ABOVE) if len(drawing.aim) else NO_LINES)
+        self._arc.show(chain(drawing.arc, ABOVE))
+        self._wanted.show(chain(drawing.wanted, ABOVE))
+        self._left.show(drawing.left)
+        self._right.show(drawing.right)
+        self._spread.show(circle(np.zeros(2), drawing.spread, 2.0 * ABOVE) if drawing.spread else NO_LINES)
+        self._outlines.show(drawing.outlines)
+        self._plan.show(drawing.plan, drawing.plan_speed, top)

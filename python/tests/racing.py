@@ -1,0 +1,111 @@
+"""A race as a source of frames, stepped by hand or in a thread: for the tests of what is drawn."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Mapping
+
+import numpy as np
+
+from firstlap import _core
+from firstlap.car_file import Car, load_car
+from firstlap.driving import Driving
+from firstlap.parameters import Value
+from firstlap.racer import step_core
+from firstlap.setup_file import Setup, choose_setup
+from firstlap.simulate import core_track
+from firstlap.tracks.track import Track
+from firstlap.view.frame import DrivenLap, Frame, Scenery
+
+
+def scenery_of(track: Track) -> Scenery:
+    """Of a known track."""
+    return Scenery(tuple(track.walls), tuple(track.visible), track.centerline)
+
+
+def some_lap(number: int, time: float, *, standing: bool = False) -> DrivenLap:
+    """A lap around a circle."""
+    angle = np.linspace(0.0, 2.0 * np.pi, 50)
+    line = 3.0 * np.column_stack([np.cos(angle), np.sin(angle)])
+    return DrivenLap(number, time, line, np.full(50, 2.5), 0.3, standing)
+
+
+class Racing:
+    """One car on a track."""
+
+    car: Car
+
+    def __init__(self, track: Track, driver: str = "local") -> None:
+        self.title = track.name
+        self.car = load_car("default")
+        self.scenery = scenery_of(track)
+        self.driving = Driving(choose_setup(driver, None))
+        self.world = _core.World(core_track(track), self.car.core, _core.WorldOptions(), 1)
+        self._frame: Frame | None = None
+        self._done = threading.Event()
+        self._thread = threading.Thread(target=self._run)
+
+    @property
+    def setup(self) -> Setup:
+        """What drives."""
+        return self.driving.setup
+
+    loaded = setup
+
+    def start(self) -> None:
+        """In real time."""
+        self._thread.start()
+
+    def close(self) -> None:
+        """Ends."""
+        self._done.set()
+        self._thread.join()
+
+    def latest(self) -> Frame | None:
+        """The newest frame."""
+        return self._frame
+
+    def change(self, values: Mapping[str, Value]) -> None:
+        """Not asked for here."""
+
+    def choose(self, setup: Setup) -> None:
+        """Not asked for here."""
+
+    def step(self) -> Frame:
+        """One scan on."""
+        self.world.advance()
+        speed, yaw_rate, steering_angle = self.world.measured(0)
+        angle_min, angle_increment, time_increment, range_min, range_max = self.world.header
+        command = step_core(
+            self.driving.handle.core,
+            self.world.ranges(0),
+            speed=speed,
+            yaw_rate=yaw_rate,
+            steering_angle=steering_angle,
+            dt=self.world.period,
+            angle_min=angle_min,
+            angle_increment=angle_increment,
+            time_increment=time_increment,
+            range_min=range_min,
+            range_max=range_max,
+        )
+        self.world.command(0, command[0], command[1])
+        at = self.world.truth(0)
+        self._frame = Frame(
+            number=1 if self._frame is None else self._frame.number + 1,
+            time=self.world.time,
+            pose=(at["x"], at["y"], at["yaw"]),
+            speed=speed,
+            yaw_rate=yaw_rate,
+            steering_angle=steering_angle,
+            driver=self.driving.kind.name,
+            trace=self.driving.handle.trace,
+            step_us=100.0,
+            way=at["s"],
+            clearance=self.world.clearance(0),
+        )
+        return self._frame
+
+    def _run(self) -> None:
+        while not self._done.wait(self.world.period):
+            self.step()

@@ -1,0 +1,110 @@
+"""A viewer without a browser: speaks to the pit wall over a real websocket as its page does."""
+
+from __future__ import annotations
+
+import contextlib
+import http.client
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import msgspec
+import viser
+import zstandard
+from websockets.sync.client import ClientConnection, connect
+
+from firstlap.view.gate import Gate, quietly
+
+CAMERA = {
+    "type": "ViewerCameraMessage",
+    "wxyz": [1.0, 0.0, 0.0, 0.0],
+    "position": [0.0, 0.0, 9.0],
+    "fov": 1.0,
+    "near": 0.1,
+    "far": 100.0,
+    "image_height": 600,
+    "image_width": 800,
+    "look_at": [0.0, 0.0, 0.0],
+    "up_direction": [0.0, 0.0, 1.0],
+}
+
+
+@contextlib.contextmanager
+def served(gate: Gate, host: str = "127.0.0.1", port: int = 0) -> Iterator[viser.ViserServer]:
+    """A server behind a gate."""
+    server = gate.open(host, port)
+    try:
+        yield server
+    finally:
+        with quietly():
+            server.stop()
+
+
+def get(gate: Gate, path: str = "/", **headers: str) -> tuple[int, str, dict[str, str]]:
+    """Status, text and headers of a page; Host=... replaces the header."""
+    connection = http.client.HTTPConnection("127.0.0.1", gate.port, timeout=5)
+    connection.putrequest("GET", path, skip_host="Host" in headers)
+    for name, value in headers.items():
+        connection.putheader(name, value)
+    connection.endheaders()
+    response = connection.getresponse()
+    text = response.read().decode("utf-8", "replace")
+    connection.close()
+    return response.status, text, dict(response.headers)
+
+
+class Viewer:
+    """One that has come in."""
+
+    def __init__(self, gate: Gate, cookie: str = "", origin: str | None = "", query: str = "") -> None:
+        self.page = f"127.0.0.1:{gate.port}"
+        self.connection: ClientConnection = connect(
+            f"ws://{self.page}/{query}",
+            subprotocols=[f"viser-v{viser.__version__}"],  # type: ignore[list-item]
+            origin=f"http://{self.page}" if origin == "" else origin,  # type: ignore[arg-type]
+            additional_headers={"Cookie": cookie} if cookie else None,
+            max_size=None,
+            compression=None,
+            open_timeout=5,
+            close_timeout=1,
+        )
+
+    def say(self, **message: Any) -> None:
+        """One message, as viser's client packs it."""
+        self.connection.send(msgspec.msgpack.encode(message))
+
+    def enter(self) -> Viewer:
+        """viser counts a viewer from its first camera on."""
+        self.say(**CAMERA)
+        return self
+
+    def update(self, uuid: str, value: object) -> None:
+        """A control is moved."""
+        self.say(type="GuiUpdateMessage", uuid=uuid, updates={"value": value})
+
+    def heard(self, seconds: float) -> list[dict[str, Any]]:
+        """The messages that come within that time."""
+        messages: list[dict[str, Any]] = []
+        end = time.monotonic() + seconds
+        while (left := end - time.monotonic()) > 0:
+            try:
+                raw = self.connection.recv(timeout=left)
+            except TimeoutError:
+                break
+            assert isinstance(raw, bytes)
+            size = int.from_bytes(raw[8:16], "little")
+            text = zstandard.ZstdDecompressor().decompress(raw[16 : 16 + size], int.from_bytes(raw[:8], "little"))
+            messages += msgspec.msgpack.decode(text)["messages"]
+        return messages
+
+    def close(self) -> None:
+        """Goes."""
+        self.connection.close()
+
+
+def wait_until(condition: Callable[[], bool], seconds: float = 5.0) -> None:
+    """Raises AssertionError where it does not come true."""
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end, "waited in vain"
+        time.sleep(0.005)

@@ -1,0 +1,155 @@
+"""Races one setup on many tracks, one race after the other, and goes on where it was stopped.
+
+Prints what `firstlap survey --json` prints, for scripts/opponents.py, with two more per track: `compute` (p50, p99 of a
+step in microseconds) and `statuses` (steps per status). For drivers that take minutes a track: a race that is in the
+store is not driven again, as long as nothing that it depends on has changed. Seed 1 of every track comes first.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import sys
+import time
+from collections import Counter
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from firstlap import __version__, _core
+from firstlap.car_file import Car, load_car
+from firstlap.cli.survey import expand
+from firstlap.compare_record import default_folder, track_hash
+from firstlap.drivers.registry import driver_kind
+from firstlap.output import write_whole
+from firstlap.race import Lap, RaceResult, race
+from firstlap.setup_file import Setup, load_setup
+from firstlap.survey import TrackSummary
+from firstlap.tracks.library import load_track
+from firstlap.tracks.track import Track
+
+PACKAGE = Path(_core.__file__).parent
+SOURCES = ("global_driver", "localisation", "mapping", "mpc", "raceline", "tracks", "drivers", "race.py", "simulate.py")
+"""What of the package's Python a race depends on, besides the core."""
+
+
+def code_hash() -> str:
+    """Of the core and SOURCES."""
+    digest = hashlib.sha256(Path(_core.__file__).read_bytes())
+    root = Path(sys.modules["firstlap"].__file__ or "").parent
+    for name in SOURCES:
+        place = root / name
+        for file in sorted(place.rglob("*.py")) if place.is_dir() else [place]:
+            digest.update(file.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def key_of(track: Track, setup: Setup, car: Car, given: argparse.Namespace, seed: int) -> str:
+    """Of a race in the store: of everything that it depends on."""
+    said = [track_hash(track), setup.driver, setup.params(car.core).values(), car.core.values(), given.laps, seed]
+    text = json.dumps([*said, given.latency, given.code], sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()[:40]
+
+
+def kept(result: RaceResult) -> dict[str, Any]:
+    """What is stored of a race."""
+    status = Counter(result.path["status"].tolist())
+    return {
+        **result.to_dict(),
+        "time": result.time,
+        "s": float(result.path["s"][-1]) if len(result.path["s"]) else 0.0,
+        "speed": float(result.path["speed"][-1]) if len(result.path["speed"]) else 0.0,
+        "statuses": {str(name): count for name, count in sorted(status.items())},
+    }
+
+
+def raced(spec: str, track: Track, reverse: bool, seed: int, setup: Setup, car: Car, given: Any) -> dict[str, Any]:
+    """A race, from the store or driven now."""
+    way = track.reversed() if reverse else track
+    place = given.store / f"{key_of(way, setup, car, given, seed)}.json"
+    try:
+        return dict(json.loads(place.read_text(encoding="utf-8")))
+    except (OSError, ValueError):
+        pass
+    begin = time.process_time()
+    before = driver_kind(setup.driver).prepare(way, setup, car, 1, None)
+    result = race(way, setup, car, laps=given.laps, seed=seed, latency=given.latency, preparation=before)
+    found = {**kept(result), "direction": "reverse" if reverse else "forward"}
+    write_whole(place, lambda name: Path(name).write_text(json.dumps(found), encoding="utf-8"))
+    laps = [lap["time"] for lap in found["laps"][1:]] or [float("nan")]
+    clear = min((lap["min_clearance"] for lap in found["laps"]), default=float("nan"))
+    print(
+        f"{Path(spec).stem:14s} {found['direction']:8s} seed {seed}  {found['outcome']:9s} {len(found['laps']):2d} laps "
+        f"best {min(laps):6.2f}  clear {clear:5.3f}  at {found['s']:6.1f} m {found['speed']:4.1f} m/s  "
+        f"p99 {1e-3 * (found['compute']['p99'] or 0.0):5.2f} ms  {found['statuses']}  "
+        f"took {time.process_time() - begin:.0f} s",
+        file=sys.stderr,
+        flush=True,
+    )
+    return found
+
+
+def summary(spec: str, track: Track, races: list[dict[str, Any]]) -> dict[str, Any]:
+    """A row as of `firstlap survey --json`, with compute and statuses."""
+    row = TrackSummary(spec, track.length)
+    for found in races:
+        facts = {**found, "laps": [Lap(**lap) for lap in found["laps"]], "path": {"s": np.array([found["s"]])}}
+        row.results.append(SimpleNamespace(**facts, finished=found["outcome"] == "finished"))  # type: ignore[arg-type]
+    steps: Counter[str] = Counter()
+    for found in races:
+        steps.update(found["statuses"])
+    compute = {name: float(np.median([found["compute"][name] for found in races])) for name in ("p50", "p99")}
+    return {**row.to_dict(), "compute": compute, "statuses": dict(steps)}
+
+
+def main() -> int:
+    """Drives what is missing and prints. 1 where a race did not finish."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("tracks", nargs="+", help="as of `firstlap survey`")
+    parser.add_argument("--setup", default="global")
+    parser.add_argument("--car", default="default")
+    parser.add_argument("--laps", type=int, default=10)
+    parser.add_argument("--seeds", type=int, default=5)
+    parser.add_argument("--both", action="store_true", help="both directions")
+    parser.add_argument("--latency", default="measured")
+    parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE")
+    parser.add_argument("--store", type=Path, default=default_folder().parent / "everywhere")
+    given = parser.parse_args()
+    given.code = code_hash()
+    given.store.mkdir(parents=True, exist_ok=True)
+    setup, car = load_setup(given.setup), load_car(given.car)
+    setup = setup.with_assignments(given.set) if given.set else setup
+    tracks = {spec: load_track(spec) for spec in expand(given.tracks)}
+    races: dict[str, list[dict[str, Any]]] = {spec: [] for spec in tracks}
+    for reverse in (False, True) if given.both else (False,):
+        for seed in range(1, given.seeds + 1):
+            for spec, track in tracks.items():
+                races[spec].append(raced(spec, track, reverse, seed, setup, car, given))
+    rows = [summary(spec, track, races[spec]) for spec, track in tracks.items()]
+    runs, finished = (sum(row[name] for row in rows) for name in ("runs", "finished"))
+    found = {
+        "version": __version__,
+        "driver": setup.driver,
+        "setup": setup.name,
+        "set": {f"{section}.{name}": value for (section, name), value in setup.changed.items()},
+        "car": car.name,
+        "options": {},
+        "latency": given.latency,
+        "laps": given.laps,
+        "runs": runs,
+        "finished": finished,
+        "success_rate": finished / runs,
+        "tracks": rows,
+        "seeds": given.seeds,
+        "both": given.both,
+        "interrupted": False,
+    }
+    print(json.dumps(found, indent=2))
+    return 0 if finished == runs else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

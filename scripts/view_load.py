@@ -1,0 +1,170 @@
+"""Does watching slow the car? Step times and the beat of the scans in a shown race, without and with viewers.
+
+Viewers are processes of their own: plain clients that take every message as a browser does (`clients`), clients that
+stop reading as a browser that sleeps does (`sleepers`), or real browsers (`browsers`, wants playwright and chromium).
+The kinds take turns within one run, so that what else the machine does falls on all of them. Prints a table in
+Markdown: the step by its thread's CPU clock and by the wall clock, how late scans were, and by how much the period
+between two scans was off, all in microseconds; and how many frames the page was shown a second.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import subprocess
+import sys
+import time
+from collections import defaultdict
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from firstlap.car_file import load_car
+from firstlap.cli.view import panels_of
+from firstlap.setup_file import load_setup
+from firstlap.tracks.library import load_track
+from firstlap.view.app import App, serve
+from firstlap.view.sim_source import SimSource
+
+KINDS = ("clients", "sleepers", "browsers")
+CHROMIUM = "/usr/bin/chromium"
+ARRIVAL = 60.0
+"""[s] in which all viewers must have come."""
+SETTLING = 2.0
+"""[s] after it before anything counts."""
+
+
+def main() -> None:
+    """Measures and prints."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--track", default="arena")
+    parser.add_argument("--setup", default="sure")
+    parser.add_argument("--viewers", type=int, default=3)
+    parser.add_argument("--kinds", nargs="+", choices=KINDS, default=["clients"])
+    parser.add_argument("--seconds", type=float, default=15.0, help="of each measurement")
+    parser.add_argument("--rounds", type=int, default=2)
+    parser.add_argument("--view", nargs=2, metavar=("KIND", "ADDRESS"), help=argparse.SUPPRESS)
+    given = parser.parse_args()
+    if given.view:
+        view(*given.view)
+        return
+    source = SimSource(load_track(given.track), load_setup(given.setup), load_car("default"))
+    source.start()
+    try:
+        app = serve(source, port=0, panel=panels_of(source))
+        try:
+            report(measured(source, app, given), given)
+        finally:
+            app.close()
+    finally:
+        source.close()
+
+
+def measured(source: SimSource, app: App, given: argparse.Namespace) -> dict[str, list[Any]]:
+    """(steps, lateness, frames a second) of every round, by who watched."""
+    found: dict[str, list[Any]] = defaultdict(list)
+    for _ in range(given.rounds):
+        for kind in ("nobody", *given.kinds):
+            with viewers(app, kind, 0 if kind == "nobody" else given.viewers):
+                time.sleep(SETTLING)
+                source.timing()
+                time.sleep(given.seconds)
+                found[kind].append((*source.timing(), app.updates))
+    return found
+
+
+def report(found: dict[str, list[Any]], given: argparse.Namespace) -> None:
+    """The table: p50 and p99 each."""
+    columns = ("viewers", "steps", "step, CPU", "step, wall", "late", "period off", "frames/s")
+    print(f"| {' | '.join(columns)} |")
+    print("|---|---|---|---|---|---|---|")
+    for kind, rounds in found.items():
+        steps = np.vstack([steps for steps, _, _ in rounds])
+        late = np.concatenate([late for _, late, _ in rounds])
+        off = np.concatenate([np.abs(np.diff(late)) for _, late, _ in rounds])
+        shown = np.mean([updates for _, _, updates in rounds])
+        who = "0" if kind == "nobody" else f"{given.viewers} {kind}"
+        cells = [_pair(values) for values in (steps[:, 0], steps[:, 1], late, off)]
+        print(f"| {who} | {len(steps)} | {' | '.join(cells)} | {shown:.0f} |")
+
+
+def _pair(values: Any) -> str:
+    low, high = np.percentile(values, [50, 99])
+    return f"{low:.0f}, {high:.0f} µs"
+
+
+@contextlib.contextmanager
+def viewers(app: App, kind: str, count: int) -> Iterator[None]:
+    """So many processes that watch."""
+    command = [sys.executable, __file__, "--view", kind, f"127.0.0.1:{app.port}"]
+    processes = [subprocess.Popen(command, stdin=subprocess.PIPE) for _ in range(count)]
+    try:
+        end = time.monotonic() + ARRIVAL
+        while app.viewers < count:
+            if time.monotonic() > end:
+                raise TimeoutError(f"{app.viewers} of {count} {kind} came")
+            time.sleep(0.05)
+        yield
+    finally:
+        for process in processes:
+            process.communicate()  # its input ends, and so does it
+        end = time.monotonic() + ARRIVAL
+        while app.viewers and time.monotonic() < end:
+            time.sleep(0.05)
+
+
+def view(kind: str, address: str) -> None:
+    """What a viewer's process does, until its input ends."""
+    if kind == "browsers":
+        _browse(f"http://{address}/")
+    else:
+        _listen(address, kind == "sleepers")
+
+
+def _browse(address: str) -> None:
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox", "--use-gl=swiftshader"])
+        page = browser.new_page(viewport={"width": 1280, "height": 800})
+        page.goto(address)
+        sys.stdin.read()
+        browser.close()
+
+
+def _listen(address: str, sleeps: bool) -> None:
+    import threading
+
+    import msgspec
+    import viser
+    from websockets.sync.client import connect
+
+    camera = {
+        "type": "ViewerCameraMessage",
+        "wxyz": [1.0, 0.0, 0.0, 0.0],
+        "position": [0.0, 0.0, 9.0],
+        "fov": 1.0,
+        "near": 0.1,
+        "far": 100.0,
+        "image_height": 600,
+        "image_width": 800,
+        "look_at": [0.0, 0.0, 0.0],
+        "up_direction": [0.0, 0.0, 1.0],
+    }
+    protocol: Any = f"viser-v{viser.__version__}"
+    origin: Any = f"http://{address}"
+    connection = connect(f"ws://{address}/", subprotocols=[protocol], origin=origin, max_size=None, compression=None)
+    connection.send(msgspec.msgpack.encode(camera))
+
+    def read() -> None:
+        for _ in connection:
+            pass
+
+    if not sleeps:
+        threading.Thread(target=read, daemon=True).start()
+    sys.stdin.read()
+
+
+if __name__ == "__main__":
+    main()
