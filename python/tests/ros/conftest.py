@@ -68,6 +68,8 @@ class Lab:
             self.start_sim()
         if self.drive.over:
             self.start_drive()
+        if not self.probe.moves():
+            self.probe.trigger("/reset")  # a test may have left it at a wall
         self.resume()
 
     def until(self, condition: Callable[[], Any], what: str, seconds: float = PATIENCE) -> Any:
