@@ -47,7 +47,8 @@ def latency(
     times, node = summary["scan_to_drive_ms"], summary["node_us"]
     answered = f"{summary['answered']} of {summary['scans']} scans answered, {summary['stops']} stops"
     out.print(f"{chosen.title}, {rate:g} Hz, {answered}")
-    out.print("scan to drive: " + ", ".join(f"{name} {value:.2f}" for name, value in times.items()) + " ms")
+    if summary["answered"]:
+        out.print("scan to drive: " + ", ".join(f"{name} {value:.2f}" for name, value in times.items()) + " ms")
     out.print("in the node: " + ", ".join(f"{name} {value}" for name, value in node.items()), markup=False)
     if summary["memory_mb"]:
         out.print("its memory: {first:.1f} MB at first, {last:.1f} MB at last".format(**summary["memory_mb"]))

@@ -120,6 +120,10 @@ class CarLink:
         """One of `OURS`, as --ros-args gave it or by default."""
         return value_of(self.node, name)
 
+    def published(self, topic: str) -> bool:
+        """Whether anybody does."""
+        return bool(self.node.count_publishers(topic))
+
     # What the node answers.
 
     def there(self) -> bool:

@@ -49,14 +49,16 @@ class Latency:
     stops: int = 0
 
     def summary(self) -> dict[str, Any]:
-        """For --json."""
-        times = np.array(self.scan_to_drive or [np.nan])
-        p50, p90, p99 = np.percentile(times, (50, 90, 99))
+        """For --json; times are None where no scan was answered."""
+        times: dict[str, float | None] = dict.fromkeys(("p50", "p90", "p99", "max"))
+        if self.scan_to_drive:
+            found = np.percentile(self.scan_to_drive, (50, 90, 99, 100))
+            times = {name: float(value) for name, value in zip(times, found, strict=True)}
         return {
             "scans": self.scans,
             "answered": len(self.scan_to_drive),
             "stops": self.stops,
-            "scan_to_drive_ms": {"p50": p50, "p90": p90, "p99": p99, "max": float(times.max())},
+            "scan_to_drive_ms": times,
             "node_us": self.node,
             "load": {"before": self.load[0], "after": self.load[1], "cores": os.cpu_count()},
             "memory_mb": {"first": self.memory[0], "last": self.memory[-1]} if self.memory else None,

@@ -32,6 +32,8 @@ LOOK = 0.1
 """[s] between two looks at whether everybody is still there."""
 FIRST = 5.0
 """[s]"""
+MAP_LASTS = 2.0
+"""[s] that `start` waits for the walls of a map that somebody publishes: they are drawn once, at the beginning."""
 UNKNOWN = "sure"
 """The setup that is shown as long as no driving node has said its own."""
 
@@ -74,6 +76,9 @@ class RosSource:
         self._link.start(self._build, self._look, LOOK)
         self.title = f"{self._link.path} over ROS 2"
         self._known.wait(self._patience)
+        until = time.monotonic() + min(self._patience, MAP_LASTS)
+        while self._link.published("/map") and not self.scenery.walls and time.monotonic() < until:
+            time.sleep(0.5 * LOOK)
 
     def close(self) -> None:
         """Leaves."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
@@ -61,10 +62,14 @@ class Lab:
 
     def well(self) -> None:
         """Both run, the driver is active, and the car moves: as the next test wants it."""
+        for one in (self.sim, self.drive):
+            one.send(signal.SIGCONT)
         if self.sim.over:
             self.start_sim()
         if self.drive.over:
             self.start_drive()
+        if not self.probe.moves():
+            self.probe.trigger("/reset")  # a test may have left it at a wall
         self.resume()
 
     def until(self, condition: Callable[[], Any], what: str, seconds: float = PATIENCE) -> Any:

@@ -58,9 +58,10 @@ class Probe:
 
     def hear(self, kind: Any, topic: str, qos: Any = qos_profile_sensor_data) -> list[Any]:
         """The messages of a topic, as they come."""
-        heard = self.messages.setdefault(topic, [])
-        self.node.create_subscription(kind, topic, heard.append, qos)
-        return heard
+        if topic not in self.messages:  # once: a second subscription would count every message twice
+            self.messages[topic] = []
+            self.node.create_subscription(kind, topic, self.messages[topic].append, qos)
+        return self.messages[topic]
 
     def speed(self, topic: str = "/drive") -> float:
         """Last commanded; 0 before anything was."""
