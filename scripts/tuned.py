@@ -1,6 +1,6 @@
 """Write docs/tuning_results.md from what `firstlap tune --json` printed, one file for each track.
 
-Usage: scripts/tuned.py [--global SURVEY.json]... TUNED.json... >docs/tuning_results.md
+Usage: scripts/tuned.py [--global SURVEY.json]... [--note TEXT] TUNED.json... >docs/tuning_results.md
 
 --global: what `firstlap survey --driver global --json` printed; fills the column "to global".
 """
@@ -77,7 +77,10 @@ def seen_table(found: list[dict[str, Any]]) -> str:
         same = seen["trial"] == holds["trial"]
         there = seen.get("lap_in_search", seen["lap"])
         lap = "the same" if same else "–" if there is None else f"{there:.2f}"
-        lines.append(f"| {name_of(one['track'])} | {holds['lap']:.2f} | {lap} | {seen['failed']} of {seen['races']} |")
+        failed, near = f"{seen['failed']} of {seen['races']}", seen["margin_broken"]
+        if near > seen["failed"]:
+            failed += f", nearer to a wall than the margin in {near}"
+        lines.append(f"| {name_of(one['track'])} | {holds['lap']:.2f} | {lap} | {failed} |")
     return "\n".join(lines)
 
 
@@ -116,11 +119,13 @@ def main() -> int:
     """Prints the page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--global", dest="surveys", action="append", default=[])
+    parser.add_argument("--note", default="", help="a paragraph below the first table")
     parser.add_argument("tuned", nargs="+")
     arguments = parser.parse_args()
     found = [json.loads(pathlib.Path(path).read_text(encoding="utf-8")) for path in arguments.tuned]
     found = [one for one in found if one["holds"] and one["validation"]]
     sys.stdout.write(HEAD + laps_table(found, global_laps(arguments.surveys)))
+    sys.stdout.write(f"\n\n{arguments.note}" if arguments.note else "")
     sys.stdout.write("\n\n## Fastest that holds, and fastest seen\n\n" + seen_table(found))
     elsewhere = [one for one in found if len(one["validation"]["places"]) > 1]
     if elsewhere:

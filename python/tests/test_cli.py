@@ -314,3 +314,14 @@ def test_the_help_of_every_command_speaks_no_python(cli):
         assert text.count("Usage: firstlap") == 1
         for word in ("list[", "<str>", "...}..."):
             assert word not in text, name
+
+
+def test_a_survey_calls_a_map_by_its_files_name_and_one_seed_one_seed(cli, tmp_path):
+    track = tmp_path / "a_folder_of_a_very_long_name" / "mine.yaml"
+    track.parent.mkdir()
+    track.write_text((ROOT / "tracks" / "oval.yaml").read_text())
+    said = cli("survey", track, "--laps", 1, "--seeds", 1)
+    assert "1 lap, 1 seed" in said.out
+    assert "1 of 1 race finished" in said.out
+    assert "very_long_name" not in said.out
+    assert "mine" in said.out

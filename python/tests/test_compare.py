@@ -132,7 +132,9 @@ def test_an_interrupted_comparison_goes_on_where_it_was(tmp_path):
     assert process.returncode == 130, err
     driven = re.fullmatch(r"error: interrupted after (\d+) of 800 races; the same command goes on there\n", err)
     assert driven, err
-    assert len([path for path in tmp_path.glob("*.npz") if not path.name.startswith(".")]) == int(driven[1]) >= 3
+    # A race that ends while the interrupt is answered may be kept without being counted; none is counted but not kept.
+    kept = len([path for path in tmp_path.glob("*.npz") if not path.name.startswith(".")])
+    assert kept >= int(driven[1]) >= 3
 
 
 def test_reports_hold_what_is_needed_to_repeat_them(cli):

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import os
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -128,6 +130,18 @@ def test_replay_prints_a_table_and_draws_it(cli, bag):
     assert Path("a.png").read_bytes().startswith(PNG)
     assert cli("replay", bag, "--odom-topic", "none", "--pose-topic", "none", "--plot", "b.png").code == 0
     assert Path("b.png").read_bytes().startswith(PNG)
+
+
+def test_what_people_read_is_in_words_and_degrees(cli, bag):
+    said = cli("replay", bag, "--setup", "base", "--against", "race", "--speed", 2)
+    assert "the speed of 2 m/s is not used" in said.err
+    found = re.search(r"base against race: wheel angle off by ([0-9.]+), ([0-9.]+)°", said.out)
+    assert found
+    radians = cli("replay", bag, "--setup", "base", "--against", "race", "--json").json["difference"]["steering_angle"]
+    assert float(found[1]) == pytest.approx(math.degrees(radians["median"]), abs=0.051)
+    alone = cli("replay", bag, "--driver", "pid").out
+    assert "nothing is known here of walls seen, width" in alone
+    assert "│ -" not in alone
 
 
 def test_explain_draws_a_scan_of_a_recording(cli, bag):

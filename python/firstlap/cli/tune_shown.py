@@ -67,6 +67,7 @@ def print_tuned(found: dict[str, Any], page: Path) -> None:
     table = Table(
         title=escape(f"{short_name(found['track'])}, {found['direction']}: {counted(found['trials'], 'trial')}")
     )
+    table.caption = "on fresh seeds, half of the races at the worst ends of the spread"
     table.add_column("setup")
     for heading in ("lap s", f"less than {start['setup']}", "failed", "clearance m"):
         table.add_column(heading, justify="right", overflow="fold")
