@@ -29,8 +29,8 @@ WHAT = """## What is disturbed
 - **range noise**: standard deviation of every range. The driver's `range_sigma` stays at 10 mm.
 - **pipe joints**: all walls become pipes of 1.5 m with joints of this width. The beam passes a joint, the car does not.
 - **scan rate**: of the LiDAR, and with it of the commands. **latency**: from a scan's end to its command taking
-  effect, on top of the servo's delay; scans are not lost by it (a *driver* that computes that long loses scans too: race
-  it with `--latency fixed:MS`).
+  effect, on top of the servo's delay; scans are not lost by it (a *driver* that computes that long loses scans too:
+  race it with `--latency fixed:MS`).
 - **obstacle**: a box of 0.33 m by 0.20 m appears on the line that the car drives without it, and 0.3 m to either side,
   at {places} places of a lap. It appears when the car has come as near as this many of its shortest stopping distances:
   two scans to see it, full braking with the grip that a bend leaves, the speed loop's tail, and 5 cm, all of the
