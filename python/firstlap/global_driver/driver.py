@@ -63,6 +63,7 @@ class GlobalDriver:
         self.controller.reset()
         self.guard.reset()
         self._anywhere.rest()
+        self._knows_map = False
         self._by_scan.reset()
         self._lost_for = 0.0
         self._on_scan = False
@@ -97,6 +98,7 @@ class GlobalDriver:
         if self.seen and self.seen["result"][2] == "blocked":
             pose = self._reckoned(speed, yaw_rate, dt) or pose
         self._meet(pose)
+        self.controller.braking = self.guard.braking
         step = self.controller.step(pose, speed, yaw_rate, steering_angle, dt)
         good = finite((speed, yaw_rate, steering_angle), 100.0)
         v, r = (max(0.0, speed), yaw_rate) if good else (0.0, 0.0)
@@ -135,10 +137,16 @@ class GlobalDriver:
     def _seek(
         self, pose: Pose | None, ranges: npt.NDArray[np.float32], head: ScanHeader, speed: float, dt: float
     ) -> None:
-        """Lost and standing: the filter looks only nearby, so that where the car is must be found anew."""
+        """Lost and standing: the filter looks only nearby, so that where the car is must be found anew.
+
+        Only by a car that drove on this map before: straights of other tracks look alike.
+        """
         if pose is not None:
             if speed > SURE:
                 self._anywhere.rest()
+                self._knows_map = True
+            return
+        if not self._knows_map:
             return
         seen = returns(ranges, head, 0.0, 0.0, self.guard.body, head.range_max)
         found = self._anywhere.look(seen, speed, dt)
@@ -167,7 +175,7 @@ class GlobalDriver:
         way = way_ahead(plan, self.controller.table, body[:3], self.guard.reach(speed))
         reach = self.guard.body.front + float(np.hypot(*way[:, :2].T).max())
         self.guard.look(way, returns(ranges, head, speed, yaw_rate, self.guard.body, reach))
-        command, blocked = self.guard.before_block(speed, yaw_rate, step.speed)
+        command, blocked = self.guard.before_block(*self.controller.acting, yaw_rate, step.speed)
         return command, step.steering_angle, "blocked" if blocked else step.status
 
     def _without_pose(
@@ -180,8 +188,8 @@ class GlobalDriver:
         head: ScanHeader,
     ) -> Command:
         """Brakes: along the plan for a moment, then along the way that the scan shows free."""
-        speed = max(0.0, state[0]) if math.isfinite(state[0]) else 0.0
-        slower = min(command[0], self.guard.stopping(speed, state[1] if math.isfinite(state[1]) else 0.0))
+        yaw_rate = state[1] if math.isfinite(state[1]) else 0.0
+        slower = min(command[0], self.guard.stopping(self.controller.acting[0], yaw_rate))
         if self._lost_for <= self.parts.guard.lost_pause and step.status not in STOPS:
             return slower, step.steering_angle, command[2] if command[2] == "blocked" else "holding"
         if not self._on_scan:
