@@ -136,10 +136,12 @@ def test_a_car_set_down_elsewhere_stops_or_finds_itself(oval, prepared):
     assert statuses[-1] == "ok"
 
 
-def test_a_map_of_another_track_moves_nobody_into_a_wall(prepared):
-    result, statuses, _ = drive(firstlap.load_track("hairpins"), prepared, seconds=4.0)
+@pytest.mark.parametrize("name", ["hairpins", "arena"])
+def test_a_map_of_another_track_moves_nobody_into_a_wall(prepared, name):
+    result, statuses, speeds = drive(firstlap.load_track(name), prepared, seconds=4.0)
     assert result["contact"] is None
     assert statuses[-1] != "ok"
+    assert speeds[-1] < 0.1
 
 
 def test_a_wall_that_the_map_does_not_know_stops_the_car_before_it(oval, prepared):
@@ -271,11 +273,11 @@ def test_a_car_that_is_carried_far_off_stops_and_finds_itself_on_the_whole_map(o
     def carry(driver):
         driver.localiser.core.displace(-6.0, 0.0, 0.0)
 
-    result, statuses, speeds = drive(oval, prepared, change=carry, until=lambda race: race.laps_done() == 1)
+    result, statuses, speeds = drive(oval, prepared, change=carry, at=7.5, seconds=20.0)
     assert result["contact"] is None
-    assert len(result["laps"]) == 1
+    assert len(result["laps"]) == 2
     assert statuses[-1] == "ok"
-    stop = int(np.argmin(speeds[60:])) + 60
+    stop = int(np.argmin(speeds[200:])) + 200
     assert speeds[stop] < 0.1 < max(speeds[stop:])
 
 
@@ -297,14 +299,14 @@ def test_a_car_that_fits_nowhere_seeks_itself_so_many_times_and_stays(prepared):
     assert np.hypot(found[0][0] - at[0], found[0][1] - at[1]) < 0.1
 
 
-@pytest.mark.parametrize("place", [0.3, 0.55])
+@pytest.mark.parametrize("place", [0.53, 0.55])
 def test_it_stops_for_an_obstacle_that_appears_at_its_stopping_distance(oval, prepared, place):
     from firstlap.robustness import stopping_distance
 
     options = {"obstacle_at": place * oval.length, "obstacle_width": 1.4, "stuck_time": 0.5, "obstacle_sight": 5.0}
     result = firstlap.race(oval, coarse(), CAR, laps=1, preparation=prepared, options=options)
     seen = result.obstacle
-    assert 5.0 > 1.25 * stopping_distance(CAR, seen.speed, abs(seen.speed * seen.yaw_rate))
+    assert 1.25 * stopping_distance(CAR, seen.speed, abs(seen.speed * seen.yaw_rate)) < 5.0
     assert seen.speed > 4.0
     assert result.contact is None
     assert result.outcome == "stuck"

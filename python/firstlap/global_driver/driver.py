@@ -63,7 +63,7 @@ class GlobalDriver:
         self.controller.reset()
         self.guard.reset()
         self._anywhere.rest()
-        self._knows_map = False
+        self._known_way, self._map_fits = 0.0, False
         self._by_scan.reset()
         self._lost_for = 0.0
         self._on_scan = False
@@ -124,7 +124,8 @@ class GlobalDriver:
             x, y, yaw = between(self._frame, np.array(self._race.pose))
             return float(x), float(y), float(yaw)
         self.estimate = found = self.localiser.step(ranges, *state, dt, head)
-        return None if found.lost else (found.x, found.y, found.yaw)
+        self._map_fits = self._map_fits or (not found.lost and found.fit >= self.parts.guard.start_fit)
+        return (found.x, found.y, found.yaw) if self._map_fits and not found.lost else None
 
     def _reckoned(self, speed: float, yaw_rate: float, dt: float) -> Pose | None:
         """Where odometry leads: what the map does not know draws the filter away, and the stop is short."""
@@ -139,14 +140,14 @@ class GlobalDriver:
     ) -> None:
         """Lost and standing: the filter looks only nearby, so that where the car is must be found anew.
 
-        Only by a car that drove on this map before: straights of other tracks look alike.
+        Only by a car that drove a lap of this map before: parts of other tracks look alike.
         """
         if pose is not None:
+            self._known_way += max(0.0, speed * dt) if math.isfinite(speed * dt) else 0.0
             if speed > SURE:
                 self._anywhere.rest()
-                self._knows_map = True
             return
-        if not self._knows_map:
+        if self._known_way < self.prepared.line.length:
             return
         seen = returns(ranges, head, 0.0, 0.0, self.guard.body, head.range_max)
         found = self._anywhere.look(seen, speed, dt)
