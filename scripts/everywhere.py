@@ -31,7 +31,6 @@ from firstlap.survey import TrackSummary
 from firstlap.tracks.library import load_track
 from firstlap.tracks.track import Track
 
-PACKAGE = Path(_core.__file__).parent
 SOURCES = ("global_driver", "localisation", "mapping", "mpc", "raceline", "tracks", "drivers", "race.py", "simulate.py")
 """What of the package's Python a race depends on, besides the core."""
 
@@ -66,14 +65,17 @@ def kept(result: RaceResult) -> dict[str, Any]:
     }
 
 
-def raced(spec: str, track: Track, reverse: bool, seed: int, setup: Setup, car: Car, given: Any) -> dict[str, Any]:
-    """A race, from the store or driven now."""
+def raced(
+    spec: str, track: Track, reverse: bool, seed: int, setup: Setup, car: Car, given: Any
+) -> dict[str, Any] | None:
+    """A race, from the store or driven now; None where it may not be driven."""
     way = track.reversed() if reverse else track
     place = given.store / f"{key_of(way, setup, car, given, seed)}.json"
     try:
         return dict(json.loads(place.read_text(encoding="utf-8")))
     except (OSError, ValueError):
-        pass
+        if given.stored:
+            return None
     begin = time.process_time()
     before = driver_kind(setup.driver).prepare(way, setup, car, 1, None)
     result = race(way, setup, car, laps=given.laps, seed=seed, latency=given.latency, preparation=before)
@@ -82,8 +84,8 @@ def raced(spec: str, track: Track, reverse: bool, seed: int, setup: Setup, car: 
     laps = [lap["time"] for lap in found["laps"][1:]] or [float("nan")]
     clear = min((lap["min_clearance"] for lap in found["laps"]), default=float("nan"))
     print(
-        f"{Path(spec).stem:14s} {found['direction']:8s} seed {seed}  {found['outcome']:9s} {len(found['laps']):2d} laps "
-        f"best {min(laps):6.2f}  clear {clear:5.3f}  at {found['s']:6.1f} m {found['speed']:4.1f} m/s  "
+        f"{Path(spec).stem:14s} {found['direction']:8s} seed {seed}  {found['outcome']:9s} {len(found['laps']):2d} laps"
+        f" best {min(laps):6.2f}  clear {clear:5.3f}  at {found['s']:6.1f} m {found['speed']:4.1f} m/s  "
         f"p99 {1e-3 * (found['compute']['p99'] or 0.0):5.2f} ms  {found['statuses']}  "
         f"took {time.process_time() - begin:.0f} s",
         file=sys.stderr,
@@ -117,6 +119,7 @@ def main() -> int:
     parser.add_argument("--latency", default="measured")
     parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE")
     parser.add_argument("--store", type=Path, default=default_folder().parent / "everywhere")
+    parser.add_argument("--stored", action="store_true", help="drive nothing: print what is in the store")
     given = parser.parse_args()
     given.code = code_hash()
     given.store.mkdir(parents=True, exist_ok=True)
@@ -127,10 +130,11 @@ def main() -> int:
     for reverse in (False, True) if given.both else (False,):
         for seed in range(1, given.seeds + 1):
             for spec, track in tracks.items():
-                races[spec].append(raced(spec, track, reverse, seed, setup, car, given))
-    rows = [summary(spec, track, races[spec]) for spec, track in tracks.items()]
+                found = raced(spec, track, reverse, seed, setup, car, given)
+                races[spec] += [found] if found else []
+    rows = [summary(spec, track, races[spec]) for spec, track in tracks.items() if races[spec]]
     runs, finished = (sum(row[name] for row in rows) for name in ("runs", "finished"))
-    found = {
+    printed = {
         "version": __version__,
         "driver": setup.driver,
         "setup": setup.name,
@@ -138,16 +142,17 @@ def main() -> int:
         "car": car.name,
         "options": {},
         "latency": given.latency,
+        "code": given.code,
         "laps": given.laps,
         "runs": runs,
         "finished": finished,
-        "success_rate": finished / runs,
+        "success_rate": finished / runs if runs else None,
         "tracks": rows,
         "seeds": given.seeds,
         "both": given.both,
         "interrupted": False,
     }
-    print(json.dumps(found, indent=2))
+    print(json.dumps(printed, indent=2))
     return 0 if finished == runs else 1
 
 

@@ -34,7 +34,8 @@ lower rows are of BDEvan5/f1tenth_benchmarks (arXiv 2402.18558, 2401.17732), on 
 What differs: ours integrates by Runge-Kutta in 2.5 ms and tests the car's rectangle against the walls exactly, theirs
 by Euler in 10 ms with a test of four corners on the map's pixels; theirs gives the true pose to map-based drivers. Our
 setups are those for the default car (friction 0.75) with the speed limit raised to theirs: nothing was tuned to these
-tracks, nor to the friction of 1.05 of this car.
+tracks, nor to the friction of 1.05 of this car; only `global` reads car and friction from the car's own parameters
+(line and control use them), with the map of its own lap and no true pose. Their raceline plans with a friction of 0.9.
 
 | driver | needs a map | aut | mco |
 |---|---|---|---|

@@ -136,10 +136,12 @@ def test_a_car_set_down_elsewhere_stops_or_finds_itself(oval, prepared):
     assert statuses[-1] == "ok"
 
 
-def test_a_map_of_another_track_moves_nobody_into_a_wall(prepared):
-    result, statuses, _ = drive(firstlap.load_track("hairpins"), prepared, seconds=4.0)
+@pytest.mark.parametrize("name", ["hairpins", "arena"])
+def test_a_map_of_another_track_moves_nobody_into_a_wall(prepared, name):
+    result, statuses, speeds = drive(firstlap.load_track(name), prepared, seconds=4.0)
     assert result["contact"] is None
     assert statuses[-1] != "ok"
+    assert speeds[-1] < 0.1
 
 
 def test_a_wall_that_the_map_does_not_know_stops_the_car_before_it(oval, prepared):
@@ -259,3 +261,67 @@ def test_every_part_keeps_its_defaults():
     assert parts.mpc == MpcParams()
     assert parts.mapping.core.values() == map_settings().core.values()
     assert parts.localiser.values() == firstlap._core.LocaliserParams().values()
+
+
+def test_a_race_may_start_anywhere_on_the_track(oval, prepared):
+    result = firstlap.race(oval, coarse(), CAR, laps=1, preparation=prepared, options={"start_s": 0.4 * oval.length})
+    assert result.finished
+    assert (result.path["status"][8:] == STATUSES.index("ok")).all()
+
+
+def test_a_car_that_is_carried_far_off_stops_and_finds_itself_on_the_whole_map(oval, prepared):
+    def carry(driver):
+        driver.localiser.core.displace(-6.0, 0.0, 0.0)
+
+    result, statuses, speeds = drive(oval, prepared, change=carry, at=7.5, seconds=20.0)
+    assert result["contact"] is None
+    assert len(result["laps"]) == 2
+    assert statuses[-1] == "ok"
+    stop = int(np.argmin(speeds[200:])) + 200
+    assert speeds[stop] < 0.1 < max(speeds[stop:])
+
+
+def test_a_car_that_fits_nowhere_seeks_itself_so_many_times_and_stays(prepared):
+    from firstlap.global_driver.anywhere import Anywhere
+    from firstlap.global_driver.params import GuardParams
+
+    path = prepared.given.line.path
+    sought = Anywhere(GuardParams(search_after=0.0), prepared.given.known.field(), path.points, path.heading)
+    ring = 9.0 * np.column_stack([np.cos(np.arange(90.0)), np.sin(np.arange(90.0))])
+    assert all(sought.look(ring, 0.0, 0.025) is None for _ in range(200))
+    assert sought._rounds == GuardParams().searches
+    sought.rest()
+    walls, at = prepared.given.known.wall_points(), path.poses[40]
+    turn = np.array([[np.cos(at[2]), -np.sin(at[2])], [np.sin(at[2]), np.cos(at[2])]])
+    near = (walls - at[:2]) @ turn
+    near = near[np.hypot(*near.T) < 8.0]
+    found = [pose for _ in range(30) if (pose := sought.look(near, 0.0, 0.025))]
+    assert np.hypot(found[0][0] - at[0], found[0][1] - at[1]) < 0.1
+
+
+@pytest.mark.parametrize("place", [0.53, 0.55])
+def test_it_stops_for_an_obstacle_that_appears_at_its_stopping_distance(oval, prepared, place):
+    from firstlap.robustness import stopping_distance
+
+    options = {"obstacle_at": place * oval.length, "obstacle_width": 1.4, "stuck_time": 0.5, "obstacle_sight": 5.0}
+    result = firstlap.race(oval, coarse(), CAR, laps=1, preparation=prepared, options=options)
+    seen = result.obstacle
+    assert 1.25 * stopping_distance(CAR, seen.speed, abs(seen.speed * seen.yaw_rate)) < 5.0
+    assert seen.speed > 4.0
+    assert result.contact is None
+    assert result.outcome == "stuck"
+
+
+def test_nothing_thin_is_missed_between_two_places_that_are_looked_at(prepared):
+    from firstlap.global_driver.guard import Guard
+    from firstlap.mpc.model import model_of
+
+    parts = coarse("blocked_scans=1").params(CAR.core).parts()
+    guard = Guard(parts.guard, CAR, model_of(CAR))
+    from firstlap.global_driver.guard import EVERY
+
+    way = np.column_stack([np.arange(0.0, 8.0, EVERY), *np.zeros((2, round(8.0 / EVERY)))])
+    for ahead in np.linspace(1.0, 7.0, 61):
+        thin = np.array([[ahead, -0.03], [ahead, 0.0], [ahead, 0.03]])
+        found = guard.look(way, thin)
+        assert found == pytest.approx(ahead - guard.body.front + parts.guard.shrink, abs=1e-9), ahead

@@ -15,6 +15,8 @@ APART = 1.5
 RADIUS, ANGLE = 1.2, 0.9
 STEP, TURN = 0.15, 0.15
 """[m], [rad] of the raster round each place."""
+FINE = 0.04
+"""[m], [rad] of the raster round the best of all."""
 PLACES = 4
 """Looked at in one step."""
 BEAMS = 60
@@ -64,10 +66,10 @@ class Anywhere:
             if fit > self._best[0]:
                 self._best = fit, pose
         self._next += PLACES
-        return self._end() if self._next >= len(self._places) else None
+        return self._end(cloud) if self._next >= len(self._places) else None
 
-    def _end(self) -> Pose | None:
-        fit, pose = self._best
+    def _end(self, cloud: FloatArray) -> Pose | None:
+        pose, fit = self._field.search(cloud, self._best[1], STEP, TURN, FINE, FINE)
         self._rounds += 1
         self._begin()
         return pose if fit >= self.params.search_fit else None

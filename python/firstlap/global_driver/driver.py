@@ -63,6 +63,7 @@ class GlobalDriver:
         self.controller.reset()
         self.guard.reset()
         self._anywhere.rest()
+        self._known_way, self._map_fits = 0.0, False
         self._by_scan.reset()
         self._lost_for = 0.0
         self._on_scan = False
@@ -97,6 +98,7 @@ class GlobalDriver:
         if self.seen and self.seen["result"][2] == "blocked":
             pose = self._reckoned(speed, yaw_rate, dt) or pose
         self._meet(pose)
+        self.controller.braking = self.guard.braking
         step = self.controller.step(pose, speed, yaw_rate, steering_angle, dt)
         good = finite((speed, yaw_rate, steering_angle), 100.0)
         v, r = (max(0.0, speed), yaw_rate) if good else (0.0, 0.0)
@@ -122,7 +124,8 @@ class GlobalDriver:
             x, y, yaw = between(self._frame, np.array(self._race.pose))
             return float(x), float(y), float(yaw)
         self.estimate = found = self.localiser.step(ranges, *state, dt, head)
-        return None if found.lost else (found.x, found.y, found.yaw)
+        self._map_fits = self._map_fits or (not found.lost and found.fit >= self.parts.guard.start_fit)
+        return (found.x, found.y, found.yaw) if self._map_fits and not found.lost else None
 
     def _reckoned(self, speed: float, yaw_rate: float, dt: float) -> Pose | None:
         """Where odometry leads: what the map does not know draws the filter away, and the stop is short."""
@@ -135,10 +138,16 @@ class GlobalDriver:
     def _seek(
         self, pose: Pose | None, ranges: npt.NDArray[np.float32], head: ScanHeader, speed: float, dt: float
     ) -> None:
-        """Lost and standing: the filter looks only nearby, so that where the car is must be found anew."""
+        """Lost and standing: the filter looks only nearby, so that where the car is must be found anew.
+
+        Only by a car that drove a lap of this map before: parts of other tracks look alike.
+        """
         if pose is not None:
+            self._known_way += max(0.0, speed * dt) if math.isfinite(speed * dt) else 0.0
             if speed > SURE:
                 self._anywhere.rest()
+            return
+        if self._known_way < self.prepared.line.length:
             return
         seen = returns(ranges, head, 0.0, 0.0, self.guard.body, head.range_max)
         found = self._anywhere.look(seen, speed, dt)
@@ -167,7 +176,7 @@ class GlobalDriver:
         way = way_ahead(plan, self.controller.table, body[:3], self.guard.reach(speed))
         reach = self.guard.body.front + float(np.hypot(*way[:, :2].T).max())
         self.guard.look(way, returns(ranges, head, speed, yaw_rate, self.guard.body, reach))
-        command, blocked = self.guard.before_block(speed, yaw_rate, step.speed)
+        command, blocked = self.guard.before_block(*self.controller.acting, yaw_rate, step.speed)
         return command, step.steering_angle, "blocked" if blocked else step.status
 
     def _without_pose(
@@ -180,8 +189,8 @@ class GlobalDriver:
         head: ScanHeader,
     ) -> Command:
         """Brakes: along the plan for a moment, then along the way that the scan shows free."""
-        speed = max(0.0, state[0]) if math.isfinite(state[0]) else 0.0
-        slower = min(command[0], self.guard.stopping(speed, state[1] if math.isfinite(state[1]) else 0.0))
+        yaw_rate = state[1] if math.isfinite(state[1]) else 0.0
+        slower = min(command[0], self.guard.stopping(self.controller.acting[0], yaw_rate))
         if self._lost_for <= self.parts.guard.lost_pause and step.status not in STOPS:
             return slower, step.steering_angle, command[2] if command[2] == "blocked" else "holding"
         if not self._on_scan:

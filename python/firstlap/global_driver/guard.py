@@ -18,10 +18,8 @@ from firstlap.tracks.track import FloatArray
 
 CRAWL = 0.3
 """[m/s] below which a stopping car is told to stand."""
-EVERY = 2
-"""Stages of the plan from one place that is looked at to the next."""
-BEYOND = 0.3
-"""[m] from one place to the next beyond the plan."""
+EVERY = 0.25
+"""[m] from one place that is looked at to the next: less than the car is long, or a thin thing is missed between."""
 URGENT = 0.5
 """Share of the braking that is there, beyond which the car begins to brake for what blocks its plan."""
 ACTING, SPARE = 0.15, 0.5
@@ -36,12 +34,12 @@ def plan_poses(plan: Plan, table: LineTable, origin: tuple[float, float, float])
 
 
 def way_ahead(plan: Plan, table: LineTable, origin: tuple[float, float, float], length: float) -> FloatArray:
-    """(K, 3) the same for every other stage, and on beside the line until `length` [m] from the plan's beginning."""
-    begin, end = (float(plan.states[S, k]) for k in (0, -1))
-    on = np.arange(end + BEYOND, begin + length, BEYOND)
-    s, offset = np.append(plan.states[S, ::EVERY], on), np.append(plan.states[OFFSET, ::EVERY], 0.0 * on)
-    offset[len(offset) - len(on) :] = plan.states[OFFSET, -1]
-    return _poses(s, offset, np.append(plan.states[COURSE, ::EVERY], 0.0 * on), table, origin)
+    """(K, 3) the same every EVERY metres, and on beside the line until `length` [m] from the plan's beginning."""
+    states = plan.states
+    begin, end = (float(states[S, k]) for k in (0, -1))
+    s = np.arange(begin, max(end, begin + length), EVERY)
+    offset = np.interp(s, states[S], states[OFFSET])
+    return _poses(s, offset, np.interp(s, states[S], states[COURSE], right=0.0), table, origin)
 
 
 def _poses(
@@ -102,6 +100,7 @@ class Guard:
         """Forgets what was seen."""
         self._seen = 0
         self.blocked_at: float | None = None
+        self.braking: float | None = None
 
     def look(self, poses: FloatArray, points: FloatArray) -> float | None:
         """[m] of way along `poses` (N, 3) to the first that returns (M, 2) stand in; None where all are free.
@@ -124,7 +123,12 @@ class Guard:
         inside = (along > body.rear + shrink) & (along < body.front - shrink)
         inside &= np.abs(across) < body.half_width - shrink - self.params.doubt * way[:, None]
         hit = np.flatnonzero(inside.sum(axis=1) >= self.params.blocking)
-        return float(way[hit[0]]) if len(hit) else None
+        if not len(hit):
+            return None
+        # Between two poses the front came to the nearest of them.
+        i = int(hit[0])
+        deep = body.front - shrink - float(along[i][inside[i]].min())
+        return max(float(way[i]) - deep, float(way[i - 1]) if i else 0.0)
 
     def reach(self, speed: float) -> float:
         """[m] of way that must be seen free: to stop, with what the command takes to act."""
@@ -138,20 +142,26 @@ class Guard:
         return min(self.model.most_brake, grip.brake) * use * left
 
     def stopping(self, speed: float, yaw_rate: float) -> float:
-        """The speed command that stops the car as soon as the tyres allow."""
-        command = speed - self.most_brake(speed, yaw_rate) / self.model.gain_down
+        """The speed command that stops the car as soon as the tyres allow. speed: when it acts."""
+        return self._braking(speed, self.most_brake(speed, yaw_rate))
+
+    def _braking(self, speed: float, brake: float) -> float:
+        command = speed - brake / self.model.gain_down
         return command if command > CRAWL else 0.0
 
-    def before_block(self, speed: float, yaw_rate: float, wanted: float) -> tuple[float, bool]:
-        """The speed command with what blocks the plan in view, and whether that is the reason for it."""
+    def before_block(self, speed: float, way: float, yaw_rate: float, wanted: float) -> tuple[float, bool]:
+        """The speed command with what blocks the plan in view, and whether that is the reason for it.
+
+        speed: when the command acts, `way` [m] from here. `braking` is what the next plan should know of.
+        """
+        self.braking = None
         if self.blocked_at is None:
             return wanted, False
-        room = self.blocked_at - self.params.gap
-        if room <= 0.0:
-            return self.stopping(speed, yaw_rate), True
-        need, most = speed * speed / (2.0 * room), self.most_brake(speed, yaw_rate)
+        room = self.blocked_at - self.params.gap - way
+        most = self.most_brake(speed, yaw_rate)
+        need = speed * speed / (2.0 * room) if room > 0.0 else most
         if need < URGENT * most:
             # Near walls a slow car may still creep up, never faster than it can stop.
             return min(wanted, math.sqrt(2.0 * URGENT * most * room)), wanted > math.sqrt(2.0 * URGENT * most * room)
-        command = speed - min(HURRY * need, most) / self.model.gain_down
-        return (min(wanted, command) if command > CRAWL else 0.0), True
+        self.braking = min(HURRY * need, most)
+        return min(wanted, self._braking(speed, self.braking)), True

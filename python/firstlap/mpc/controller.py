@@ -39,6 +39,9 @@ class Controller:
 
     status of a step: ok, holding (no pose, or no plan in time: the last plan is followed), no_path (too long so, or
     far off the line: braking to a stop), bad_state (nothing to go by: stop).
+
+    braking: set to plan a stop with so many m/s^2 instead of the line's speeds, until it is None again.
+    acting: the speed [m/s] that the car will have when the next speed command acts, and its way [m] until then.
     """
 
     def __init__(
@@ -67,6 +70,8 @@ class Controller:
         self._pose_at = -math.inf
         self._place: float | None = None
         self._last = Step(0.0, 0.0, "ok")
+        self.acting = (0.0, 0.0)
+        self.braking: float | None = None
 
     def step(
         self,
@@ -86,9 +91,11 @@ class Controller:
         dt = dt if math.isfinite(dt) and 0.0 < dt < 1.0 else 0.025
         self._observe(pose, (speed, yaw_rate, steering_angle), dt, pose_age)
         if self.body is None:
+            self.acting = (speed if math.isfinite(speed) else 0.0, 0.0)
             return self._give(Step(0.0, 0.0, "bad_state"), self.time + self.params.latency)
         felt = self.time + self.params.latency
         ahead = predicted(self.model, self.body, self._commands, self.time, felt + self.model.speed_delay)
+        self.acting = ahead[3], math.hypot(ahead[0] - self.body[0], ahead[1] - self.body[1])
         if self.time - self._pose_at > self.params.patience + TICK:
             return self._stop(ahead, felt, "no_path")
         speed_command = self._speed_command(ahead, felt, dt)
@@ -148,9 +155,8 @@ class Controller:
         found: Plan | None = None
         for _ in range(rounds):
             before = self._commands.steering(acting), plan.inputs[1, 0]
-            self._solver.fill(
-                plan, linearised(self.model, self.table, believable(plan, self.model)), state, before, self.table
-            )
+            dynamics = linearised(self.model, self.table, believable(plan, self.model))
+            self._solver.fill(plan, dynamics, state, before, self.table, self.braking)
             solved = self._solver.solve()
             if solved is None:
                 return False

@@ -143,21 +143,25 @@ class Problem:
         start: FloatArray,
         before: tuple[float, float],
         table: LineTable,
+        braking: float | None = None,
     ) -> None:
         """Puts one step's numbers in: a plan to linearise about, its dynamics, the state (7,) to start from, and
-        the inputs in effect before it."""
+        the inputs in effect before it. braking [m/s^2]: the plan is to stop with it."""
         a, b, rest = dynamics
         self._even.values[self._a], self._even.values[self._b] = -a.ravel(), -b.ravel()
         self._even_to[:STATES], self._even_to[STATES:] = start, rest.ravel()
-        self._fill_cost(plan, before, table)
+        self._fill_cost(plan, before, table, braking)
         self._fill_rows(plan)
 
-    def _fill_cost(self, plan: Plan, before: tuple[float, float], table: LineTable) -> None:
+    def _fill_cost(self, plan: Plan, before: tuple[float, float], table: LineTable, braking: float | None) -> None:
         p, x = self.params, plan.states
         reference = table.at(x[S])
         step = 0.05
         slope = p.speed_scale * (table.at(x[S] + step)[:, 1] - reference[:, 1]) / step
         aim = p.speed_scale * reference[:, 1] - slope * x[S]
+        if braking is not None:
+            slope = np.zeros_like(slope)
+            aim = np.maximum(0.0, x[VX, 0] - braking * plan.step * np.arange(self.n + 1))
         self._reference = reference
         weight = np.full(self.n + 1, p.q_speed)
         weight[-1] *= TERMINAL
