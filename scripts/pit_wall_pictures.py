@@ -5,6 +5,7 @@ Usage: scripts/pit_wall_pictures.py FOLDER   (needs chromium; the race runs slow
 
 import contextlib
 import io
+import itertools
 import os
 import pathlib
 import subprocess
@@ -74,7 +75,7 @@ def main() -> None:
         taken = list(shots(page, LENGTH / PACE))
         browser.close()
     times = [time for time, _ in taken] + [LENGTH / PACE]
-    durations = [round(1000 * PACE * (after - before)) for before, after in zip(times, times[1:], strict=False)]
+    durations = [round(1000 * PACE * (after - before)) for before, after in itertools.pairwise(times)]
     pictures = [picture.resize(SHOWN, Image.Resampling.LANCZOS) for _, picture in taken]
     taken[-1][1].save(folder / "pit_wall.png", optimize=True)
     pictures[0].save(

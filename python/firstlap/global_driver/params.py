@@ -31,9 +31,7 @@ class GuardParams:
     blocking: int = row(2, "", 1, 100, "returns that it takes to block the plan")
     blocked_scans: int = row(2, "", 1, 20, "scans in a row that must see it")
     gap: float = row(0.3, "m", 0.0, 2.0, "distance to what blocks the plan at which the car stands")
-    start_fit: float = row(
-        0.9, "", 0.0, 1.0, "share of the scan that must fit once before the car first moves"
-    )
+    start_fit: float = row(0.9, "", 0.0, 1.0, "share of the scan that must fit once before the car first moves")
     search_after: float = row(0.4, "s", 0.0, 60.0, "a car that stands lost for so long seeks itself on the whole map")
     search_fit: float = row(
         0.85, "", 0.0, 1.0, "share of the scan that must fit where it believes to have found itself"
