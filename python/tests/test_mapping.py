@@ -17,10 +17,11 @@ from firstlap.errors import InputError
 from firstlap.mapping import make
 from firstlap.mapping.check import check_map, true_start
 from firstlap.mapping.make import MapResult, map_observations, map_track
-from firstlap.mapping.observation import Observation, Scan, motion_of
+from firstlap.mapping.observation import Observation, motion_of
 from firstlap.mapping.occupancy_map import FREE, OCCUPIED, UNKNOWN, OccupancyMap, read_map, write_map
 from firstlap.mapping.parameters import map_settings
 from firstlap.mapping.poses import between, compose, transform
+from firstlap.scan import Scan
 from firstlap.tracks.library import load_track
 from firstlap.tracks.track import Track
 

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import Said
+from said import Said
 
 import firstlap
 from firstlap.car_file import load_car

@@ -102,7 +102,7 @@ class Viewer:
         self.connection.close()
 
 
-def wait_until(condition: Callable[[], bool], seconds: float = 5.0) -> None:
+def wait_until(condition: Callable[[], bool], seconds: float = 60.0) -> None:
     """Raises AssertionError where it does not come true."""
     end = time.monotonic() + seconds
     while not condition():

@@ -6,9 +6,10 @@ from collections.abc import Iterator
 
 from firstlap.car_file import Car
 from firstlap.errors import InputError
-from firstlap.mapping.observation import Observation, Scan, motion_of
+from firstlap.mapping.observation import Observation, motion_of
 from firstlap.race import start_race
 from firstlap.racer import Racer
+from firstlap.scan import Scan
 from firstlap.setup_file import Setup
 from firstlap.tracks.track import Track
 

@@ -6,21 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from firstlap.scan import Scan
 from firstlap.tracks.track import FloatArray
-
-
-@dataclass(frozen=True)
-class Scan:
-    """One sweep as sensor_msgs/LaserScan: ranges (beams,) [m], angles [rad], times [s]."""
-
-    ranges: npt.NDArray[np.float32]
-    angle_min: float
-    angle_increment: float
-    time_increment: float
-    range_min: float
-    range_max: float
 
 
 @dataclass(frozen=True)

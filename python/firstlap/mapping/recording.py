@@ -10,9 +10,10 @@ import numpy as np
 from firstlap import _core
 from firstlap.car_file import Car
 from firstlap.errors import InputError
-from firstlap.mapping.observation import Observation, Scan, motion_of
+from firstlap.mapping.observation import Observation, motion_of
 from firstlap.mapping.poses import between
 from firstlap.recordings import Recording
+from firstlap.scan import Scan
 from firstlap.tracks.track import FloatArray
 
 SUFFIXES = (".npz", ".mcap", ".db3", ".bag")

@@ -8,9 +8,10 @@ import numpy as np
 
 from firstlap import _core
 from firstlap.errors import InputError
-from firstlap.mapping.observation import Observation, Scan
+from firstlap.mapping.observation import Observation
 from firstlap.mapping.parameters import MapSettings
 from firstlap.mapping.poses import between, compose, transform_cloud, wrap
+from firstlap.scan import Scan
 from firstlap.tracks.track import FloatArray
 
 POOR_FIT = 0.35

@@ -32,7 +32,7 @@ def summary(tuned: Tuned, files: Mapping[str, Path], study_file: Path, validatio
         "study_file": str(study_file),
         "trials": len(tuned.study.trials),
         "laps": round(tuned.study.laps, 1),
-        "seconds": round(tuned.study.seconds, 1),
+        "seconds": round(tuned.study.seconds, 3),
         "laps_per_second": round(tuned.study.laps / max(tuned.study.seconds, 1e-9), 2),
         "workers": tuned.workers,
         "cpu_seconds": round(search.cpu_seconds, 1),

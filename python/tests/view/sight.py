@@ -41,7 +41,7 @@ for (const kind of ["pointerup", "keydown"]) addEventListener(kind, () => { wind
 """
 """Counts in the page what reaches it: batches of messages that move the scene, and pictures drawn; and when [ms] a
 person last did something."""
-PATIENCE = 40.0
+PATIENCE = 90.0
 
 
 class Sight:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
 pytestmark = pytest.mark.filterwarnings("ignore:Queued a .* on a closed connection")
-WAIT = 30.0
+WAIT = 90.0
 
 
 def test_a_wrong_token_sees_nothing_and_a_watcher_has_no_controls(browser: Browser) -> None:
