@@ -61,11 +61,12 @@ test-ros: .venv/.built .venv/.dev .venv/.ros ## tests over DDS with real process
 docs: .venv/.built .venv/.dev ## write the generated pages again
 	$(python) scripts/generate_docs.py
 
-pictures: .venv/.built ## draw the pictures of README and gallery again
+pictures: .venv/.built .venv/.dev ## draw the pictures of README and gallery again
 	@$(firstlap) race arena --setup race --laps 3 --plot docs/arena.png
 	@$(firstlap) explain hairpins --at 20 --plot docs/step.png
 	@$(python) scripts/perception_pictures.py docs
 	@$(python) scripts/gallery.py
+	@$(python) scripts/pit_wall_pictures.py docs
 
 sanitize: .venv/.run build/.gtest ## C++ tests under address and undefined behaviour sanitizers
 	@mkdir -p build && $(cmake) --preset sanitize >build/sanitize.log 2>&1 || { cat build/sanitize.log; exit 1; }
@@ -77,7 +78,7 @@ fuzz: .venv/.built .venv/.fuzz ## fuzz step, the map reader and the setup reader
 
 build: .venv/.built ## set up and build, nothing more
 
-extras: .venv/.built .venv/.extras ## also what the global driver and the tuner need
+extras: .venv/.built .venv/.extras ## also what the global driver, the tuner and the pit wall need
 
 dev: .venv/.built .venv/.dev ## also what tests and linters need
 

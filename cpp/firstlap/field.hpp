@@ -33,21 +33,30 @@ constexpr void for_each_field(Visitor&& visit) {
   std::apply([&](const auto&... field) { (visit(field), ...); }, Struct::fields());
 }
 
+// A number as people write it: without zeros that say nothing.
+inline std::string plain(double value) {
+  std::string text = std::to_string(value);
+  text.erase(text.find_last_not_of('0') + 1);
+  if (!text.empty() && text.back() == '.') text.pop_back();
+  return text;
+}
+
+// Throws std::invalid_argument where `low` is above `high`; both names are of the table, section.name.
+inline void require_order(double low, double high, const char* low_name, const char* high_name) {
+  if (low > high)
+    throw std::invalid_argument(std::string(low_name) + " is " + plain(low) + ", allowed at most " + high_name +
+                                ", which is " + plain(high));
+}
+
 // Throws std::invalid_argument naming the field, the value and the allowed range.
 template <class Struct>
 void validate(const Struct& params, std::string_view section) {
   for_each_field<Struct>([&](const auto& field) {
     const auto value = static_cast<double>(params.*(field.member));
     if (!(value >= field.min && value <= field.max)) {
-      auto number = [](double v) {
-        std::string text = std::to_string(v);
-        text.erase(text.find_last_not_of('0') + 1);
-        if (!text.empty() && text.back() == '.') text.pop_back();
-        return text;
-      };
       throw std::invalid_argument(std::string(section) + "." + std::string(field.name) + " is " +
-                                  (std::isfinite(value) ? number(value) : "not finite") + ", allowed " +
-                                  number(field.min) + " to " + number(field.max) +
+                                  (std::isfinite(value) ? plain(value) : "not finite") + ", allowed " +
+                                  plain(field.min) + " to " + plain(field.max) +
                                   (field.unit.empty() ? "" : " " + std::string(field.unit)));
     }
   });

@@ -185,7 +185,7 @@ struct VelocityProfileParams {
     using P = VelocityProfileParams;
     return std::tuple{
         Field{"v_min", &P::v_min, "m/s", 0.1, 10.0, "planned speed never falls below this (a stop stands outside)"},
-        Field{"v_max", &P::v_max, "m/s", 0.1, 20.0, "nor rises above this"},
+        Field{"v_max", &P::v_max, "m/s", 0.1, 20.0, "planned speed never rises above this"},
         Field{"a_x_max", &P::a_x_max, "m/s^2", 0.1, 20.0, "planned acceleration"},
         Field{"a_x_min", &P::a_x_min, "m/s^2", -20.0, -0.1, "planned braking"},
         Field{"a_y_max", &P::a_y_max, "m/s^2", 0.1, 20.0, "planned lateral acceleration"},

@@ -95,7 +95,10 @@ BAD = {
     "number for a flag": ("scan:\n  deskew: 2\n", "true or false"),
     "key twice": ("stanley:\n  k_ang: 1\n  k_ang: 0.5\n", "line 3.*second time"),
     "section twice": ("stanley:\n  k_ang: 1\nstanley:\n  k_dist: 1\n", "second time"),
-    "contradiction": ("velocity_profile:\n  v_min: 5\n  v_max: 4\n", "v_min"),
+    "contradiction": (
+        "velocity_profile:\n  v_min: 5\n  v_max: 4.5\n",
+        "velocity_profile.v_min is 5, allowed at most velocity_profile.v_max, which is 4.5",
+    ),
     "alias": ("stanley: &a\n  k_ang: 1\nscan: *a\n", "alias"),
 }
 

@@ -279,9 +279,16 @@ def test_a_search_shows_what_matches_unfolded_and_nothing_else(page: Page) -> No
     page.move("find", "yaw-rate")
     page.until(lambda: page.see("k_ang")["visible"] is False)
     assert page.see("k_rate")["visible"]
+    page.move("find", "no such words")
+    page.until(lambda: nothing_found(page))
     page.move("find", "")
+    page.until(lambda: not nothing_found(page))
     page.until(lambda: page.see("k_ang")["visible"])
     assert page.see("segmentation")["visible"]
+
+
+def nothing_found(page: Page) -> bool:
+    return any("no parameter" in str(e.get("content")) and e["visible"] for e in page.elements.values())
 
 
 def test_two_who_control_see_each_other_and_do_not_quarrel(wall: Wall, page: Page) -> None:

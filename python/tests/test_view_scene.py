@@ -28,7 +28,7 @@ from firstlap.view.lap_table import LapTable, table_of
 from firstlap.view.layers import LAYERS, MIDDLE, RETURNS
 from firstlap.view.map_shapes import best_of
 from firstlap.view.opponents import draw
-from firstlap.view.plots import PLOTS, SECONDS, STEPS, History, Plots, drawable, head_of
+from firstlap.view.plots import PLOTS, SECONDS, STEPS, History, Plots, _so_far, drawable, head_of
 from firstlap.view.scene import Scene
 from firstlap.view.shapes import compose, inverse
 from firstlap.view.status import scale_of, status_of
@@ -274,6 +274,15 @@ def test_the_running_lap_is_timed_only_where_it_was_seen_to_begin(
     assert "2.5</td>" in table._html.content
 
 
+def test_the_running_lap_is_timed_from_where_its_source_says(
+    server: viser.ViserServer, frames: dict[str, Frame]
+) -> None:
+    table, now = LapTable(server.gui), replace(frames["local"], time=0.5)
+    table.show(now)
+    table.show(replace(now, time=7.5, began=6.25))  # restarted before its first lap was done
+    assert "1.2</td>" in table._html.content
+
+
 # Nothing grows.
 
 
@@ -335,6 +344,12 @@ def test_a_plot_is_given_numbers_only() -> None:
     assert (first[160:170] == 9.0).all()
     assert (second == first).all()
     assert (third == first).all()
+
+
+def test_a_curve_without_values_hides_none_that_has_some() -> None:
+    for plot in PLOTS:
+        assert "" in plot.curves[-1].names, plot.title
+        assert plot.curves[-1].value is not _so_far  # no recording has it
 
 
 def test_the_terms_of_the_steering_are_plotted_in_degrees(frames: dict[str, Frame]) -> None:

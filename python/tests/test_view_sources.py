@@ -249,6 +249,8 @@ def test_the_car_is_restarted_and_placed(source: SimSource) -> None:
     source.restart()
     frame = shown(source, lambda frame: not frame.laps and abs(frame.speed) < 0.2 and frame.way is not None)
     assert min(frame.way, source.track.length - frame.way) < 0.5  # type: ignore[operator, type-var]
+    assert frame.began is not None
+    assert frame.time - frame.began < 1.0
     there = source.track.start_pose(12.0)
     source.place(there)
     frame = shown(source, lambda frame: abs((frame.way or 0.0) - 12.0) < 0.3)

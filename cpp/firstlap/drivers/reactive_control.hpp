@@ -24,7 +24,7 @@ struct SpeedParams {
     using P = SpeedParams;
     return std::tuple{
         Field{"v_min", &P::v_min, "m/s", 0.1, 10.0, "speed never falls below this, but for a stop"},
-        Field{"v_max", &P::v_max, "m/s", 0.1, 20.0, "nor rises above this"},
+        Field{"v_max", &P::v_max, "m/s", 0.1, 20.0, "speed never rises above this"},
         Field{"a_y_max", &P::a_y_max, "m/s^2", 0.1, 20.0, "lateral acceleration that the steering may ask for"},
         Field{"a_x_min", &P::a_x_min, "m/s^2", -20.0, -0.1, "braking that the free distance must suffice for"},
         Field{"stop_distance", &P::stop_distance, "m", 0.0, 2.0, "with less free distance the car stops"},

@@ -1,18 +1,6 @@
 #include "firstlap/maps/params.hpp"
 
-#include <stdexcept>
-#include <string>
-
 namespace firstlap::maps {
-namespace {
-
-void require_order(double low, double high, const char* low_name, const char* high_name) {
-  if (low > high)
-    throw std::invalid_argument(std::string(low_name) + " is " + std::to_string(low) + ", allowed at most " +
-                                high_name + ", which is " + std::to_string(high));
-}
-
-}  // namespace
 
 void validate(const MapParams& params) {
   for_each_section(params, [](std::string_view name, const auto& section) { firstlap::validate(section, name); });

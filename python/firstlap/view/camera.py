@@ -22,9 +22,9 @@ from firstlap.view.shapes import about_z, compose, inverse
 FREE, FOLLOW, TURN = "Free", "Follow", "Follow and turn"
 MODES = (FREE, FOLLOW, TURN)
 FIELD_OF_VIEW = math.radians(40.0)
-HEIGHT = 14.0
+HEIGHT = 16.0
 """[m] of the camera over the ground, to begin with."""
-AHEAD = 2.0
+AHEAD = 1.4
 """[m] by which it looks ahead of a car that always points upwards."""
 TILT = 1e-3
 """[m] The camera looks straight down but for this: where it looks then is up on the screen."""

@@ -11,6 +11,7 @@ from firstlap.parameters import FieldTable, Value
 
 PACE, FRICTION = "view.pace", "world.mu_scale"
 LATENCY, COMPUTING = "race.delay_extra", "race.compute_latency"
+NOISE, LOST = "lidar.noise_sigma", "lidar.dropout_rate"
 DELAYS = ("steering_delay", "speed_delay")
 KEYS = (
     FRICTION,
@@ -19,8 +20,8 @@ KEYS = (
     "vehicle.steering_delay",
     "vehicle.speed_delay",
     "vehicle.servo_time_constant",
-    "lidar.noise_sigma",
-    "lidar.dropout_rate",
+    NOISE,
+    LOST,
     "lidar.dropout_block_rate",
     "lidar.dropout_block_beams",
     "lidar.dropout_block_share",
@@ -33,6 +34,7 @@ KEYS = (
     "sensors.latency",
     PACE,
 )
+OFTEN = (FRICTION, LATENCY, NOISE, LOST, PACE)
 PACE_ROW: dict[str, Any] = {
     "section": "view",
     "name": "pace",

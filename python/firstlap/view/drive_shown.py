@@ -20,6 +20,8 @@ from firstlap.view.source import Drives, Simulates
 SECOND_THOUGHTS = 0.5
 """[s] after a stop in which "go" does not count: the key that stops also presses the button that has the focus."""
 BIG = "<style>[id='{uuid}']{{height:3.6em!important;font-size:1.15em!important;font-weight:800}}</style>"
+NARROW = "<style>@media (min-width:36.01em){{*:has(> [id='{uuid}']){{display:none}}}}</style>"
+"""On wider pages the control is not there. On a phone the page has all panels in one long sheet."""
 WIDTH = 270
 """[pixels]"""
 STATE = '<div class="firstlap-state" style="padding:0 0.8em 0.5em"><b style="color:{colour}">{state}</b> {why}</div>'
@@ -35,12 +37,11 @@ class DriveShown:
         self._source = source
         self._stopped = -math.inf
         gui = desk.gui
+        for button in self._stop_and_go():
+            gui.add_html(NARROW.format(uuid=button._impl.uuid))
         self._panel = gui.add_panel()
         with self._panel.add_tab("Car", Icon.STEERING_WHEEL):
-            stop = gui.add_button("EMERGENCY STOP", color="red", icon=Icon.HAND_STOP)
-            stop.on_click(self._stop)
-            gui.add_html(BIG.format(uuid=stop._impl.uuid))
-            gui.add_button("Go", color="green", icon=Icon.PLAYER_PLAY).on_click(desk.click("go", self._go))
+            self._stop_and_go()
             if isinstance(source, Simulates):
                 restart = gui.add_button("Restart", color="gray", icon=Icon.ROTATE_CLOCKWISE)
                 restart.on_click(desk.click("restart", source.restart))
@@ -58,6 +59,15 @@ class DriveShown:
     def update(self, frame: Frame) -> None:
         """The newest frame."""
         self._state.update(frame)
+
+    def _stop_and_go(self) -> list[viser.GuiButtonHandle]:
+        gui = self._desk.gui
+        stop = gui.add_button("EMERGENCY STOP", color="red", icon=Icon.HAND_STOP)
+        stop.on_click(self._stop)
+        gui.add_html(BIG.format(uuid=stop._impl.uuid))
+        go = gui.add_button("Go", color="green", icon=Icon.PLAYER_PLAY)
+        go.on_click(self._desk.click("go", self._go))
+        return [stop, go]
 
     # On the event loop itself: behind whatever else viewers have asked for, a stop could wait for a thread.
     async def _stop(self, _event: Any) -> None:

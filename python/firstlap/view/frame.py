@@ -37,6 +37,7 @@ class Frame:
     measured. trace: of the driver, in base_link (cpp/firstlap/trace.hpp);
     empty before its first step. step_us: the step's own time. way, offset:
     [m] along and left of the centerline, where known. clearance: [m] smallest so far in this lap, where known.
+    began: [s] of the source's clock at which the running lap began, where the source knows it.
     laps: complete ones, oldest first. before: the trace of the loaded setup over the same scan, where another one is
     tried on a recording. going: whether the car may move. said: why it does not, or what just happened.
     """
@@ -53,6 +54,7 @@ class Frame:
     way: float | None = None
     offset: float | None = None
     clearance: float | None = None
+    began: float | None = None
     laps: tuple[DrivenLap, ...] = ()
     before: Mapping[str, Any] | None = None
     going: bool = True

@@ -9,11 +9,13 @@ from typing import Any
 
 from viser import Icon
 
+from firstlap.errors import InputError
 from firstlap.parameters import Field, FieldTable, Value
 from firstlap.view.desk import Desk, assign
 from firstlap.view.knobs import Change, Current, Knob, shown
 
 LONGEST_SEARCH = 60
+NOTHING_FOUND = '<div style="font-size:0.8em;padding:0 0.8em 0.5em">no parameter has all these words</div>'
 
 
 @dataclass
@@ -49,6 +51,7 @@ class KnobBoard:
         self._change_together = change_together
         self._resets: dict[str, Any] = {}
         gui = desk.gui
+        self._often = often
         self._parts: list[Any] = self._build_tools() if many else []
         self._groups = self._build(often)
         with changed_in if changed_in is not None else contextlib.nullcontext():
@@ -102,15 +105,17 @@ class KnobBoard:
         gui = self._desk.gui
         search = gui.add_text("find", "", hint="words of names or descriptions")
         search.on_update(lambda event: self._find(event.target.value))
-        exact = gui.add_text("exactly", "", hint="NAME=VALUE, for example " + self._example())
+        hint = f"NAME=VALUE, also between a slider's steps; for example {self._example()}"
+        exact = gui.add_text("exactly", "", hint=hint)
         button = gui.add_button("Set exactly")
         button.on_click(self._desk.click("set", lambda: self._set_exactly(exact.value)))
-        return [search, exact, button]
+        self._nothing = gui.add_html(NOTHING_FOUND, visible=False)
+        return [search, exact, button, self._nothing]
 
     def _build(self, often: Sequence[Field]) -> list[_Group]:
         first = list(often) if len(often) < len(self._table.fields) else []
         rest = [field for field in self._table.fields if field not in first]
-        groups = [self._group("often tuned", first, True)] if first else []
+        groups = [self._group("often changed", first, True)] if first else []
         sections = [section for section in self._table.sections if any(f.section == section for f in rest)]
         for section in sections:
             fields = [field for field in rest if field.section == section]
@@ -133,9 +138,12 @@ class KnobBoard:
                 group.folder.visible = bool(hits)
                 # A folder without a label cannot be folded: what was found is seen.
                 group.folder.label = None if text else group.label
+            self._nothing.visible = not any(group.folder.visible for group in self._groups)
 
     def _set_exactly(self, text: str) -> None:
-        field, value = self._table.parse_assignment(text, "set", self._example())
+        if "=" not in text:
+            raise InputError(f"'{text[:LONGEST_SEARCH]}': expected NAME=VALUE, for example {self._example()}")
+        field, value = self._table.parse_assignment(text, "exactly", self._example())
         self._change(field.key, value)
         self._desk.tell(f"{field.name} = {shown(value)}", field.doc)
 
@@ -143,5 +151,6 @@ class KnobBoard:
         self._change_together({knob.field.key: knob.loaded for knob in self.knobs if knob.changed})
 
     def _example(self) -> str:
-        field = next((field for field in self._table.fields if field.type == "float"), self._table.fields[0])
+        fields = [*self._often, *self._table.fields]
+        field = next((field for field in fields if field.type == "float"), fields[0])
         return f"{field.key}={shown(self._loaded(field.key))}"

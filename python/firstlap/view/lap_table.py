@@ -36,7 +36,8 @@ class LapTable:
             fresh = self._seen is None or frame.time < self._time
             self._began = None if fresh and frame.time > AT_ONCE else frame.time
         self._seen, self._time = number, frame.time
-        return None if self._began is None or not frame.going else frame.time - self._began
+        began = self._began if frame.began is None else frame.began
+        return None if began is None or not frame.going else frame.time - began
 
 
 def table_of(laps: tuple[DrivenLap, ...], running: float | None) -> str:

@@ -14,6 +14,7 @@ from firstlap.parameters import Value
 from firstlap.setup_file import Setup
 from firstlap.tuning.space import usual
 from firstlap.view.camera import OnMap, on_ground
+from firstlap.view.conditions import OFTEN
 from firstlap.view.desk import Desk
 from firstlap.view.drive_shown import DriveShown, PlaceShown, StateShown
 from firstlap.view.frame import Frame
@@ -106,7 +107,7 @@ class Panel:
             return KnobBoard(
                 self._desk,
                 table,
-                [],
+                [field for field in table.fields if field.key in OFTEN],
                 source.condition,
                 lambda key: table.find(key, "conditions").default,
                 source.set_condition,

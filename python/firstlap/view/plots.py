@@ -122,8 +122,8 @@ PLOTS = (
         "m",
         2,
         (
-            Curve({"local": "path to wall", "global": "plan to wall", "": "free ahead"}, LEFT, _free),
             Curve({"": "least of the lap"}, BAD, _so_far),
+            Curve({"local": "path to wall", "global": "plan to wall", "": "free ahead"}, LEFT, _free),
         ),
         lowest=0.0,
     ),
@@ -170,7 +170,7 @@ def drawable(ago: Values, values: Values) -> tuple[Values, ...]:
     """Columns of one plot as uPlot draws them: seconds and curves (STEPS,), without a NaN, which no axis survives.
 
     Time before there was anything is drawn where it begins. A curve keeps its last value through a gap; one that has
-    none lies below the last one.
+    none lies below the last one, which is to be a curve that every source has.
     """
     known = [curve for curve in values.T if np.isfinite(curve).any()]
     if not known:

@@ -12,6 +12,7 @@ from firstlap.rules import Rule, check_rules
 from firstlap.setup_file import Setup
 from firstlap.view.desk import assign
 
+ALLOWED = "every value is allowed; these are rules of thumb, as of firstlap check"
 SMALL = "font-size:0.8em;line-height:1.35;padding:0 0.8em 0.5em"
 
 
@@ -33,9 +34,10 @@ def rules_html(rules: list[Rule]) -> str:
         return f'<div style="{SMALL}">no rules of thumb for this driver</div>'
     broken = [rule for rule in rules if not rule.holds]
     kept = [rule for rule in rules if rule.holds]
-    head = f"{len(broken)} of {len(rules)} rules broken" if broken else f"all {len(rules)} rules hold"
+    head = f"{len(broken)} warning{'s' * (len(broken) > 1)}" if broken else "every rule holds"
     advice = "; ".join(f"{rule.name}: {rule.remark}" for rule in broken)
-    lines = [_line(f"<b>{head}</b>", not broken), *map(_rule, broken), *map(_rule, kept)]
+    title = _line(f"<b>{head}</b>, of {len(rules)} rules of thumb", not broken, ALLOWED)
+    lines = [title, *map(_rule, broken), *map(_rule, kept)]
     below = f'<div style="height:2.7em;overflow:hidden;color:{BAD}" title="{escape(advice)}">{escape(advice)}</div>'
     return f'<div class="firstlap-rules" style="{SMALL}">{"".join(lines)}{below}</div>'
 

@@ -19,6 +19,7 @@ from time import monotonic
 
 import numpy as np
 
+from firstlap.drivers.registry import driver_kind
 from firstlap.errors import InputError
 from firstlap.parameters import Value
 from firstlap.setup_file import Setup
@@ -29,6 +30,8 @@ BEHIND = 4.0
 """Scan periods the race may be late before it gives the lost time up."""
 SAID_EVERY = 0.2
 """[s] between two words about a driver's preparation."""
+PREPARING = "preparing"
+"""What these words begin with."""
 
 
 def run(plan: Plan, connection: Connection, lifeline: Connection) -> None:
@@ -171,6 +174,10 @@ class _Loop:
         setup, self.wanted = self.wanted, None
         if setup is None:
             return
+        if driver_kind(setup.driver).needs_map:
+            self.race.say(f"{PREPARING}: driver {setup.driver}")
+            self.listen(SAID_EVERY)
+            self.answer()
         try:
             self.race.set_setup(setup, self.preparing())
         except InputError as error:
@@ -185,7 +192,7 @@ class _Loop:
             if monotonic() - last[0] < SAID_EVERY:
                 return
             last[0] = monotonic()
-            self.race.say(f"preparing: {what}, {100.0 * share:.0f} %")
+            self.race.say(f"{PREPARING}: {what}, {100.0 * share:.0f} %")
             self.from_now()
             self.listen(0.0)
             self.answer()

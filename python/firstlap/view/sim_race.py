@@ -85,6 +85,7 @@ class SimRace:
         self.laps: tuple[DrivenLap, ...] = ()
         self.times: deque[tuple[float, float]] = deque(maxlen=8000)
         self._line, self._counted, self._hit = DrivenLine(), 0, ""
+        self._began = self.world.time
         self._event, self._event_until = "", 0
         self._commands: deque[tuple[float, float, float]] = deque()
         self._steering = self._busy_until = self._step_us = 0.0
@@ -147,7 +148,7 @@ class SimRace:
     def _begin(self) -> None:
         self._line.clear()
         self._commands.clear()
-        self._counted, self._hit = 0, ""
+        self._counted, self._hit, self._began = 0, "", self.world.time
         self._steering = self._busy_until = 0.0
         if self.driving is not None:
             self.driving.reset()
@@ -193,6 +194,7 @@ class SimRace:
     def _count(self, time: float, clearance: float, standing: bool) -> None:
         number = self.laps[-1].number + 1 if self.laps else 1
         self.laps = with_lap(self.laps, self._line.take(number, time, clearance, standing))
+        self._began = self.world.time
         self.say(f"lap {number} in {time:.3f} s, {clearance:.2f} m to the wall")
 
     def _drive(self, now: float) -> None:
@@ -262,6 +264,7 @@ class SimRace:
             way=seen.way,
             offset=seen.offset,
             clearance=seen.clearance if math.isfinite(seen.clearance) else None,
+            began=min(self._began, seen.time),
             going=self.going and not self._hit,
             said=self.said,
         )

@@ -23,7 +23,7 @@ from firstlap.tracks.track import Track
 from firstlap.view.conditions import PACE, Conditions, checked_pace
 from firstlap.view.frame import DrivenLap, Frame, Pose, Scenery
 from firstlap.view.sim_laps import with_lap
-from firstlap.view.sim_process import run
+from firstlap.view.sim_process import PREPARING, run
 from firstlap.view.sim_race import CAR, Plan, make_world
 
 ASKED_EVERY = 0.02
@@ -208,7 +208,9 @@ class SimSource:
                 self._show(frame, laps=self._laps)
         elif message[0] == "silence":
             with self._lock:
-                self._show(self._frame or _nothing(self._world), said="the race does not answer")
+                frame = self._frame or _nothing(self._world)
+                if not frame.said.startswith(PREPARING):
+                    self._show(frame, said="the race does not answer")
         elif message[0] == "timing":
             self._timing = message[1:]
             self._timed.set()

@@ -52,6 +52,27 @@ def test_a_wrong_token_sees_nothing_and_a_watcher_has_no_controls(browser: Brows
         source.close()
 
 
+def test_on_a_phone_the_emergency_stop_is_seen_without_scrolling(browser: Browser) -> None:
+    source = SimSource(load_track("oval"), load_setup("sure"), load_car("default"))
+    source.start()
+    gate, app = wall(source)
+    try:
+        phone = Sight(browser, gate.url, 400, 800).ready()
+        seen = phone.page.get_by_role("button", name="EMERGENCY STOP").first.bounding_box()
+        assert seen is not None
+        assert seen["y"] + seen["height"] < 800.0
+        phone.press("EMERGENCY STOP")
+        phone.until(lambda: not source.latest().going)
+        phone.picture("phone")
+        phone.close()
+        desk = Sight(browser, gate.url).ready()
+        assert desk.page.get_by_role("button", name="EMERGENCY STOP").count() == 1
+        desk.close()
+    finally:
+        app.close()
+        source.close()
+
+
 def test_a_recording_is_paused_stepped_and_planned_anew(browser: Browser, cli: Any, tmp_path: Path) -> None:
     from firstlap.recordings import load_recording
     from firstlap.view.recording_source import RecordingSource
