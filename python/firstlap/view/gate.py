@@ -13,6 +13,7 @@ import secrets
 import socket
 import sys
 import threading
+import time
 from collections.abc import Awaitable, Callable
 from contextvars import ContextVar
 from typing import Any
@@ -25,6 +26,7 @@ from websockets.http11 import Request, Response
 
 from firstlap.errors import InputError
 from firstlap.view.guarded import MESSAGE_SIZE, QUEUE, ConnectionClosed, GuardedConnection, Quiet, Role
+from firstlap.view.replay import skip_what_is_gone
 
 VIEWERS = 16
 """At the same time."""
@@ -71,6 +73,7 @@ class Gate:
             listener.close()
             raise
         self._attach(server)
+        skip_what_is_gone(server)
         self._ready.set()
         return server
 
@@ -296,6 +299,25 @@ def _say_what_failed(_loop: asyncio.AbstractEventLoop, context: dict[str, Any]) 
     _say(error if error is not None else RuntimeError(context.get("message", "")))
 
 
-def _say(error: BaseException) -> None:
-    text = " ".join(str(error).split())[:200]
-    print(f"view: {type(error).__name__}: {text}", file=sys.stderr)
+class Complaints:
+    """On stderr: a viewer who sends nonsense shall not fill it. The same again counts only after AGAIN [s]."""
+
+    AGAIN = 10.0
+    KEPT = 50
+
+    def __init__(self) -> None:
+        self._said: dict[str, float] = {}
+
+    def say(self, error: BaseException) -> None:
+        """In one line. Where many are said already, only that there are more."""
+        now = time.monotonic()
+        self._said = {line: at for line, at in self._said.items() if now - at < self.AGAIN}
+        line = f"view: {type(error).__name__}: {' '.join(str(error).split())[:200]}"
+        if len(self._said) >= self.KEPT:
+            line = "view: and more of that"
+        if line not in self._said:
+            print(line, file=sys.stderr)
+        self._said.setdefault(line, now)
+
+
+_say = Complaints().say

@@ -1,0 +1,157 @@
+"""The pit wall under attack: floods, nonsense, a race that hangs, browsers that come after hours."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import threading
+import time
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+pytest.importorskip("viser", reason="the extra 'view' is not installed")
+
+from viewing import Viewer, served, wait_until
+
+import firstlap
+from firstlap.car_file import load_car
+from firstlap.setup_file import load_setup
+from firstlap.view import sim_source
+from firstlap.view.gate import Complaints, Gate
+from firstlap.view.guarded import BURST, RATE, Allowance
+from firstlap.view.mailbox import Mailbox
+from firstlap.view.sim_source import SimSource
+
+EVER = 300_000
+"""Messages that were sent before a browser comes."""
+
+
+class Counted(dict[int, Any]):
+    """A buffer's messages, and how often one was looked for."""
+
+    looked = 0
+
+    def get(self, key: int, default: Any = None) -> Any:
+        self.looked += 1
+        return super().get(key, default)
+
+
+def test_who_comes_late_is_led_through_what_there_is_and_not_through_all_that_was() -> None:
+    gate = Gate()
+    with served(gate) as server:
+        frame = server.scene.add_frame("/car", show_axes=False)
+        buffer = server._websock_server._broadcast_buffer
+        buffer.message_counter = EVER
+        frame.position = (1.0, 0.0, 0.0)
+        buffer.message_from_id = counted = Counted(buffer.message_from_id)
+        viewer = Viewer(gate).enter()
+        messages = viewer.heard(0.5)
+        frame.position = (2.0, 0.0, 0.0)
+        messages += viewer.heard(0.5)
+        floor = min(buffer.generator_cursors.values())
+        viewer.close()
+    kinds = [message["type"] for message in messages]
+    places = [message["position"][0] for message in messages if message["type"] == "SetPositionMessage"]
+    assert kinds.index("ReplayDoneMessage") < len(kinds) - 1
+    assert places == [1.0, 2.0]
+    assert counted.looked < 200
+    assert floor == EVER + 1, "what was taken is told in the buffer's own numbers"
+
+
+def test_a_browser_is_heard_so_often_and_no_oftener() -> None:
+    allowance = Allowance(10.0, 3.0)
+    assert [allowance.take(5.0) for _ in range(5)] == pytest.approx([0.0, 0.0, 0.0, 0.1, 0.2])
+    assert allowance.take(5.31) == 0.0
+    assert [allowance.take(99.0) for _ in range(4)] == pytest.approx([0.0, 0.0, 0.0, 0.1])
+
+
+def test_a_flood_of_one_browser_is_slowed_down_and_another_is_heard_at_once() -> None:
+    gate, moved, pressed = Gate(), [0], threading.Event()
+    with served(gate) as server:
+        slider = server.gui.add_slider("k_ang", 0.0, 1.0, 0.1, 0.5)
+        button = server.gui.add_button("stop")
+
+        @slider.on_update
+        async def _(_event: object) -> None:
+            moved[0] += 1
+
+        @button.on_click
+        async def _(_event: object) -> None:
+            pressed.set()
+
+        flood, other = Viewer(gate).enter(), Viewer(gate).enter()
+        began = time.monotonic()
+        for i in range(int(BURST) + 400):
+            flood.update(slider._impl.uuid, 0.1 * (i % 10))
+        other.update(button._impl.uuid, True)
+        assert pressed.wait(5.0)
+        wait_until(lambda: moved[0] >= BURST)
+        time.sleep(0.2)
+        assert moved[0] <= BURST + RATE * (time.monotonic() - began) + 1.0
+        flood.close()
+        other.close()
+
+
+def test_nonsense_is_said_once_and_much_of_it_in_few_lines(capsys: pytest.CaptureFixture[str]) -> None:
+    complaints = Complaints()
+    for _ in range(100):
+        complaints.say(ValueError("not a number\nat all"))
+    assert capsys.readouterr().err == "view: ValueError: not a number at all\n"
+    for i in range(1000):
+        complaints.say(ValueError(f"number {i}"))
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == Complaints.KEPT
+    assert lines[-1] == "view: and more of that"
+
+
+def test_what_a_race_is_told_waits_for_it_and_holds_nobody_up() -> None:
+    ours, theirs = multiprocessing.Pipe()
+    box = Mailbox(ours)
+    big = b"x" * 100_000
+    for i in range(200):  # 20 MB, of which no pipe takes more than a fraction
+        box.put(("setup", i, big))
+        box.put(("condition", "friction", i))
+        box.put(("condition", "pace", i))
+    box.put(("stop",))
+    heard = []
+    while not heard or heard[-1][0] != "stop":
+        assert theirs.poll(5.0)
+        heard.append(theirs.recv())
+    assert heard[-4][:2] == ("setup", 199)
+    assert heard[-3:] == [("condition", "friction", 199), ("condition", "pace", 199), ("stop",)]
+    assert len(heard) < 100
+    box.put(("close",))
+
+
+@pytest.fixture
+def race(arena: firstlap.Track, monkeypatch: pytest.MonkeyPatch) -> Iterator[SimSource]:
+    """One that drives; its silence is noticed sooner than otherwise."""
+    monkeypatch.setattr(sim_source, "SILENCE", 0.4)
+    source = SimSource(arena, load_setup("sure"), load_car("default"))
+    source.start()
+    wait_until(lambda: (frame := source.latest()) is not None and frame.speed > 0.1, 20.0)
+    yield source
+    source.close()
+
+
+def test_a_race_that_hangs_is_no_race_that_drives_and_restart_begins_another(race: SimSource) -> None:
+    hung = race._race
+    assert hung is not None and hung.process.pid is not None
+    os.kill(hung.process.pid, signal.SIGSTOP)
+    wait_until(lambda: "does not answer: restart" in race.latest().said)  # type: ignore[union-attr]
+    assert not race.latest().going, "nobody may read that it drives"  # type: ignore[union-attr]
+    began = time.monotonic()
+    for i in range(3000):  # more than a pipe holds
+        race.change({"velocity_profile.v_max": 3.0 + 0.001 * i})
+        race.set_condition("world.mu_scale", 1.0 - 0.0001 * i)
+    race.stop()
+    race.go()
+    assert time.monotonic() - began < 20.0
+    race.restart()
+    assert not hung.process.is_alive()
+    wait_until(lambda: race.latest().going and race.latest().speed > 0.1, 20.0)  # type: ignore[union-attr]
+    assert race.setup.get("velocity_profile.v_max") == pytest.approx(5.999)
+    assert multiprocessing.active_children() == [race._race.process]  # type: ignore[union-attr]
