@@ -7,23 +7,27 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
 
 pytest.importorskip("viser", reason="the extra 'view' is not installed")
 
-from viewing import Viewer, served, wait_until
+from conftest import Said
+from viewing import Viewer, get, served, wait_until
 
 import firstlap
 from firstlap.car_file import load_car
+from firstlap.errors import InputError
 from firstlap.setup_file import load_setup
 from firstlap.view import sim_source
+from firstlap.view.app import serve
+from firstlap.view.frame import Frame, Scenery
 from firstlap.view.gate import Complaints, Gate
 from firstlap.view.guarded import BURST, RATE, Allowance
 from firstlap.view.mailbox import Mailbox
-from firstlap.view.sim_source import SimSource
+from firstlap.view.sim_source import SimSource, scenery_of
 
 EVER = 300_000
 """Messages that were sent before a browser comes."""
@@ -155,3 +159,65 @@ def test_a_race_that_hangs_is_no_race_that_drives_and_restart_begins_another(rac
     wait_until(lambda: race.latest().going and race.latest().speed > 0.1, 20.0)  # type: ignore[union-attr]
     assert race.setup.get("velocity_profile.v_max") == pytest.approx(5.999)
     assert multiprocessing.active_children() == [race._race.process]  # type: ignore[union-attr]
+
+
+class StandIn:
+    """A source whose map comes late. setup, car: of a race that nobody drives."""
+
+    def __init__(self) -> None:
+        self.title, self.car, self.scenery = "stand-in", load_car("default"), Scenery()
+        self.setup = self.loaded = load_setup("sure")
+
+    def latest(self) -> Frame | None:
+        """Nothing is driven."""
+        return None
+
+
+def test_a_map_that_comes_late_is_drawn_and_another_one_takes_its_place(arena: firstlap.Track) -> None:
+    source, gate = StandIn(), Gate()
+    app = serve(source, port=0, gate=gate)  # type: ignore[arg-type]
+    try:
+        viewer = Viewer(gate).enter()
+        assert not fences(viewer.heard(0.7))
+        for track in (arena, arena.reversed()):
+            source.scenery = scenery_of(track)
+            assert len(fences(viewer.heard(1.0))) == 1
+        source.scenery = Scenery()
+        gone = [m["name"] for m in viewer.heard(1.0) if m["type"] == "RemoveSceneNodeMessage"]
+        assert gone == ["/map/walls/fence"]
+        source.scenery = scenery_of(arena)
+        viewer.heard(0.5)
+        late = Viewer(gate).enter()
+        assert len(fences(late.heard(1.0))) == 1, "who comes later sees the map of now, once"
+        late.close()
+        viewer.close()
+    finally:
+        app.close()
+
+
+def fences(messages: list[dict[str, Any]]) -> list[str]:
+    """Walls that are made in these messages."""
+    return [m["name"] for m in messages if m["type"] == "MeshMessage" and m["name"].endswith("/walls/fence")]
+
+
+def test_who_asked_for_a_name_of_this_machine_may_use_it() -> None:
+    gate = Gate()
+    with served(gate, "localhost"):
+        gate.host = "pit-wall"  # as if it had been asked for, and were in this machine's hosts file
+        assert get(gate, Host=f"pit-wall:{gate.port}")[0] == 200
+        assert get(gate, Host=f"PIT-WALL:{gate.port}")[0] == 200
+        assert get(gate, Host=f"other:{gate.port}")[0] == 403
+        gate.host = "*"
+        assert "*" not in gate.url
+
+
+@pytest.mark.parametrize("token", ["", "short", "new\nline here", "x" * 201])
+def test_a_token_is_neither_short_nor_long_nor_unprintable(token: str) -> None:
+    with pytest.raises(InputError, match="8 to 200 printable"):
+        Gate(token)
+
+
+def test_a_namespace_is_for_ros_only(cli: Callable[..., Said]) -> None:
+    said = cli("view", "arena", "--namespace", "car1", "--no-open")
+    assert said.code == 2
+    assert "--namespace: has no meaning without --ros" in said.err

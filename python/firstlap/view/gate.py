@@ -30,7 +30,7 @@ from firstlap.view.replay import skip_what_is_gone
 
 VIEWERS = 16
 """At the same time."""
-SHORTEST_TOKEN = 8
+SHORTEST_TOKEN, LONGEST_TOKEN = 8, 200
 
 Process = Callable[[ServerConnection, Request], "Response | None"]
 Handler = Callable[[ServerConnection], Awaitable[None]]
@@ -48,8 +48,8 @@ class Gate:
     """
 
     def __init__(self, token: str | None = None) -> None:
-        if token is not None and (len(token) < SHORTEST_TOKEN or not token.isprintable()):
-            raise InputError(f"--token: expected at least {SHORTEST_TOKEN} printable characters")
+        if token is not None and not (SHORTEST_TOKEN <= len(token) <= LONGEST_TOKEN and token.isprintable()):
+            raise InputError(f"--token: expected {SHORTEST_TOKEN} to {LONGEST_TOKEN} printable characters")
         self.host = ""
         self.port = 0
         self.loopback = False
@@ -215,7 +215,9 @@ class Gate:
         name, colon, port = host.rpartition(":")
         if not colon or host.endswith("]"):
             name, port = host, "80"
-        return port == str(self.port) and (name == "localhost" or is_loopback(name.strip("[]")))
+        # A name of this machine that was asked for, such as its hostname, is in nobody else's hands.
+        known = name in ("localhost", self.host.lower())
+        return port == str(self.port) and (known or is_loopback(name.strip("[]")))
 
     def _known(self, request: Request) -> Role | None:
         query = parse_qs(urlsplit(request.path).query, keep_blank_values=True)
@@ -267,7 +269,7 @@ def _listen(host: str, port: int) -> tuple[socket.socket, bool]:
 
 def _shown(host: str) -> str:
     """The host for an address that others can open."""
-    if host in ("0.0.0.0", "", "::"):
+    if host in ("0.0.0.0", "", "*", "::"):
         return _own_address()
     return f"[{host}]" if ":" in host else host
 
