@@ -8,6 +8,7 @@ import signal
 import threading
 import time
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -20,6 +21,7 @@ from viewing import Viewer, get, served, wait_until
 import firstlap
 from firstlap.car_file import load_car
 from firstlap.errors import InputError
+from firstlap.recordings import load_recording
 from firstlap.setup_file import load_setup
 from firstlap.view import sim_source
 from firstlap.view.app import serve
@@ -27,6 +29,7 @@ from firstlap.view.frame import Frame, Scenery
 from firstlap.view.gate import Complaints, Gate
 from firstlap.view.guarded import BURST, RATE, Allowance
 from firstlap.view.mailbox import Mailbox
+from firstlap.view.recording_source import Planner, RecordingSource
 from firstlap.view.sim_source import SimSource, scenery_of
 
 EVER = 300_000
@@ -221,3 +224,43 @@ def test_a_namespace_is_for_ros_only(cli: Callable[..., Said]) -> None:
     said = cli("view", "arena", "--namespace", "car1", "--no-open")
     assert said.code == 2
     assert "--namespace: has no meaning without --ros" in said.err
+
+
+@pytest.mark.parametrize("name", ["a b", "../car", "1car", "car1//x", "k\u00e4fer", "/"])
+def test_a_namespace_that_ros_would_not_take_is_said_before_ros_starts(cli: Callable[..., Said], name: str) -> None:
+    said = cli("view", "--ros", "--namespace", name, "--no-open")
+    assert said.code == 2
+    assert said.err.startswith("error: --namespace: ")
+
+
+@pytest.fixture
+def played(tmp_path: Path) -> Iterator[RecordingSource]:
+    """A lap of oval."""
+    path = tmp_path / "race.mcap"
+    firstlap.race(firstlap.load_track("oval"), "sure", laps=1, record=path)
+    source = RecordingSource(load_recording(path), load_setup("sure"), load_car("default"))
+    yield source
+    source.close()
+
+
+def test_a_scan_that_cannot_be_shown_is_said_and_the_others_are_shown(
+    played: RecordingSource, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = Planner.show
+
+    def show(planner: Planner, scan: int) -> None:
+        if scan == 7:
+            raise RuntimeError("a driver's mistake")
+        before(planner, scan)
+
+    monkeypatch.setattr(Planner, "show", show)
+    played.start()
+    wait_until(lambda: (frame := played.latest()) is not None and "scan 7 cannot be shown" in frame.said)
+    assert not played.playing
+    played.seek(20)
+    wait_until(lambda: (frame := played.latest()) is not None and not frame.said and "path" in frame.trace)
+
+
+def test_a_recording_without_scans_is_refused(played: RecordingSource) -> None:
+    with pytest.raises(InputError, match="has no scan to show"):
+        RecordingSource(played.recording.first(0), load_setup("sure"), load_car("default"))
