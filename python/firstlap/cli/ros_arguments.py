@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import re
+
 import typer
 from typer.core import TyperCommand
 
+from firstlap.errors import InputError
+
 MARK = "--ros-args"
+NAMESPACE = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*", re.ASCII)
 
 
 class RosCommand(TyperCommand):
@@ -19,10 +24,12 @@ class RosCommand(TyperCommand):
 
 
 def ros_arguments(context: typer.Context, namespace: str = "", sim_time: bool = False) -> list[str]:
-    """For rclpy.init."""
+    """For rclpy.init. Raises InputError."""
     arguments = list(context.meta.get(MARK) or [MARK])
     if namespace:
         space = namespace.strip("/")
+        if not NAMESPACE.fullmatch(space):
+            raise InputError(f"--namespace: '{namespace[:60]}': expected letters, digits and '_', such as car1")
         arguments += ["-r", f"__ns:=/{space}", "-p", f"base_frame:={space}/base_link"]
     if sim_time:
         arguments += ["-p", "use_sim_time:=true"]

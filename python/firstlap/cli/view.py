@@ -48,6 +48,9 @@ def view(
         typer.Argument(metavar="TRACK|RECORDING", help="A track as of `race`, or a recording as of `replay`."),
     ] = None,
     ros: Annotated[bool, typer.Option("--ros", help="A car or simulator over ROS 2 instead.")] = False,
+    namespace: Annotated[
+        str | None, typer.Option("--namespace", metavar="NAME", help="With --ros: of one car among several.")
+    ] = None,
     driver: DriverOption = None,
     setup: SetupOption = None,
     changes: SetOption = None,
@@ -93,7 +96,9 @@ def view(
     times = 1.0 if pace is None else checked_pace(pace)
     if ros:
         _refuse({"the argument": what, **of_both, **of_race, **of_recording}, "with --ros")
-        source = _ros(ros_arguments(context))
+        source = _ros(ros_arguments(context, namespace or ""))
+    elif namespace is not None:
+        raise InputError("--namespace: has no meaning without --ros")
     elif what is None:
         raise InputError("expected a track, a recording, or --ros; for example `firstlap view arena`")
     elif is_track(what):

@@ -65,7 +65,8 @@ class App:
         self._written = 0.0
         self._trouble = ""
         self._dress()
-        self.scene = Scene(server, source.scenery, source.car)
+        self._scenery = source.scenery
+        self.scene = Scene(server, self._scenery, source.car)
         self._build()
         server.on_client_disconnect(self._leave)
         server.on_client_connect(self._enter)
@@ -128,7 +129,7 @@ class App:
 
     def _enter(self, client: viser.ClientHandle) -> None:
         with self._entering:
-            viewpoint = Viewpoint(client, self._source.scenery)
+            viewpoint = Viewpoint(client, self._scenery)
             viewpoint.show(self.scene.pose)
             with self._view_tab:
                 ViewControls(client.gui, viewpoint)
@@ -163,6 +164,7 @@ class App:
 
     def _look(self) -> None:
         frame = self._source.latest()
+        self._surround()
         if frame is None:
             return
         if self._last is None or frame.number != self._last.number:
@@ -175,6 +177,17 @@ class App:
         if time.monotonic() - self._written >= 1.0 / PLOTTED:
             self._written = time.monotonic()
             self._write(frame)
+
+    def _surround(self) -> None:
+        """A map that came late, or another one: walls, ground and overviews anew."""
+        scenery = self._source.scenery
+        if scenery is self._scenery:
+            return
+        with self._entering:
+            self._scenery = scenery
+            self.scene.surround(scenery)
+            for viewpoint in tuple(self._viewpoints.values()):
+                viewpoint.surround(scenery)
 
     def _write(self, frame: Frame) -> None:
         with self._server.atomic():

@@ -72,6 +72,11 @@ class Viewpoint:
                 layer.node: client.scene.add_frame(layer.node, show_axes=False, visible=layer.shown) for layer in LAYERS
             }
 
+    def surround(self, scenery: Scenery) -> None:
+        """Another track is known."""
+        with self._lock:
+            self._bounds = scenery.bounds()
+
     def show(self, pose: Pose) -> None:
         """The car is there in the map frame."""
         with self._lock, self._client.atomic():

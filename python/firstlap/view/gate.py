@@ -13,6 +13,7 @@ import secrets
 import socket
 import sys
 import threading
+import time
 from collections.abc import Awaitable, Callable
 from contextvars import ContextVar
 from typing import Any
@@ -25,10 +26,11 @@ from websockets.http11 import Request, Response
 
 from firstlap.errors import InputError
 from firstlap.view.guarded import MESSAGE_SIZE, QUEUE, ConnectionClosed, GuardedConnection, Quiet, Role
+from firstlap.view.replay import skip_what_is_gone
 
 VIEWERS = 16
 """At the same time."""
-SHORTEST_TOKEN = 8
+SHORTEST_TOKEN, LONGEST_TOKEN = 8, 200
 
 Process = Callable[[ServerConnection, Request], "Response | None"]
 Handler = Callable[[ServerConnection], Awaitable[None]]
@@ -46,8 +48,8 @@ class Gate:
     """
 
     def __init__(self, token: str | None = None) -> None:
-        if token is not None and (len(token) < SHORTEST_TOKEN or not token.isprintable()):
-            raise InputError(f"--token: expected at least {SHORTEST_TOKEN} printable characters")
+        if token is not None and not (SHORTEST_TOKEN <= len(token) <= LONGEST_TOKEN and token.isprintable()):
+            raise InputError(f"--token: expected {SHORTEST_TOKEN} to {LONGEST_TOKEN} printable characters")
         self.host = ""
         self.port = 0
         self.loopback = False
@@ -71,6 +73,7 @@ class Gate:
             listener.close()
             raise
         self._attach(server)
+        skip_what_is_gone(server)
         self._ready.set()
         return server
 
@@ -212,7 +215,9 @@ class Gate:
         name, colon, port = host.rpartition(":")
         if not colon or host.endswith("]"):
             name, port = host, "80"
-        return port == str(self.port) and (name == "localhost" or is_loopback(name.strip("[]")))
+        # A name of this machine that was asked for, such as its hostname, is in nobody else's hands.
+        known = name in ("localhost", self.host.lower())
+        return port == str(self.port) and (known or is_loopback(name.strip("[]")))
 
     def _known(self, request: Request) -> Role | None:
         query = parse_qs(urlsplit(request.path).query, keep_blank_values=True)
@@ -264,7 +269,7 @@ def _listen(host: str, port: int) -> tuple[socket.socket, bool]:
 
 def _shown(host: str) -> str:
     """The host for an address that others can open."""
-    if host in ("0.0.0.0", "", "::"):
+    if host in ("0.0.0.0", "", "*", "::"):
         return _own_address()
     return f"[{host}]" if ":" in host else host
 
@@ -296,6 +301,25 @@ def _say_what_failed(_loop: asyncio.AbstractEventLoop, context: dict[str, Any]) 
     _say(error if error is not None else RuntimeError(context.get("message", "")))
 
 
-def _say(error: BaseException) -> None:
-    text = " ".join(str(error).split())[:200]
-    print(f"view: {type(error).__name__}: {text}", file=sys.stderr)
+class Complaints:
+    """On stderr: a viewer who sends nonsense shall not fill it. The same again counts only after AGAIN [s]."""
+
+    AGAIN = 10.0
+    KEPT = 50
+
+    def __init__(self) -> None:
+        self._said: dict[str, float] = {}
+
+    def say(self, error: BaseException) -> None:
+        """In one line. Where many are said already, only that there are more."""
+        now = time.monotonic()
+        self._said = {line: at for line, at in self._said.items() if now - at < self.AGAIN}
+        line = f"view: {type(error).__name__}: {' '.join(str(error).split())[:200]}"
+        if len(self._said) >= self.KEPT:
+            line = "view: and more of that"
+        if line not in self._said:
+            print(line, file=sys.stderr)
+        self._said.setdefault(line, now)
+
+
+_say = Complaints().say

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import logging
 from enum import Enum
+from time import monotonic
 from typing import Any
 
 import msgspec
@@ -17,6 +18,10 @@ QUEUE = 4
 """Messages of one browser that wait to be read."""
 PATIENCE = 10.0
 """[s] that a browser may take none of what it is sent. websockets' own ping waits behind what is not taken."""
+RATE = 200.0
+"""[1/s] Messages that are taken of one browser in the long run; a page sends some 70 while everything is dragged."""
+BURST = 200.0
+"""Messages at once. One that says more is listened to more slowly, and others, who might press the stop, are not."""
 
 _WATCHING = frozenset(
     {
@@ -69,15 +74,36 @@ def may_pass(message: str | bytes, role: Role) -> bool:
     return envelope.updates is msgspec.UNSET or set(envelope.updates) == {"value"}
 
 
+class Allowance:
+    """Of messages: so many at once, so many in the long run."""
+
+    def __init__(self, rate: float, burst: float) -> None:
+        self._rate, self._burst = rate, burst
+        self._left, self._at = burst, 0.0
+
+    def take(self, now: float) -> float:
+        """One more at that time [s]: the time [s] to wait before it counts."""
+        self._left = min(self._left + (now - self._at) * self._rate, self._burst) - 1.0
+        self._at = now
+        return max(-self._left / self._rate, 0.0)
+
+
 class GuardedConnection(ServerConnection):
     """Passes on what its role may say; gives up on a browser that takes nothing, and on one that talks nonsense."""
 
     role = Role.WATCH
 
+    def __init__(self, *arguments: Any, **options: Any) -> None:
+        super().__init__(*arguments, **options)
+        self._allowance = Allowance(RATE, BURST)
+
     async def recv(self, decode: bool | None = None) -> Any:
         """The next message that may pass. Raises ConnectionClosed."""
         while True:
             message = await super().recv(decode)
+            wait = self._allowance.take(monotonic())
+            if wait > 0.0:
+                await asyncio.sleep(wait)
             try:
                 if may_pass(message, self.role):
                     return message

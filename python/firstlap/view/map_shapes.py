@@ -24,36 +24,57 @@ SHOWN_LAPS = 5
 class Ground:
     """Lines every metre and every five, around the track; where none is known, around the car."""
 
-    def __init__(self, sheet: Sheet, scenery: Scenery) -> None:
+    def __init__(self, sheet: Sheet) -> None:
+        colours = ((1, rgb(GRID, 0.25)), (5, rgb(GRID)))
+        names = {1: "metres", 5: "five_metres"}
+        self._lines = [(every, Strokes(sheet, f"{GROUND.node}/{names[every]}", c, 1.0)) for every, c in colours]
+        self._moves = True
+
+    def surround(self, scenery: Scenery) -> None:
+        """The track is this one."""
         bounds = scenery.bounds()
         low, high = bounds if bounds else (np.full(2, -UNKNOWN), np.full(2, UNKNOWN))
         self._moves = bounds is None
-        self._lines = []
-        for name, every, colour in (("metres", 1, rgb(GRID, 0.25)), ("five_metres", 5, rgb(GRID))):
-            pen = Strokes(sheet, f"{GROUND.node}/{name}", colour, 1.0)
+        for every, pen in self._lines:
+            pen.move(0.0, 0.0)
             pen.show(_grid(low - AROUND, high + AROUND, every))
-            self._lines.append(pen)
 
     def show(self, pose: Pose) -> None:
         """The car is there."""
         if self._moves:
             x, y = (UNKNOWN * round(value / UNKNOWN) for value in pose[:2])
-            for pen in self._lines:
+            for _, pen in self._lines:
                 pen.move(x, y)
 
 
-def draw_walls(sheet: Sheet, scenery: Scenery) -> None:
-    """True walls and centerline, once."""
-    seen = [wall for wall, visible in zip(scenery.walls, scenery.visible, strict=True) if visible and len(wall) > 1]
-    low_ones = [wall for wall, visible in zip(scenery.walls, scenery.visible, strict=True) if not visible]
-    if seen:
-        Solid(sheet, f"{WALLS.node}/fence", merged([fence(wall, WALL_HEIGHT) for wall in seen]), rgb(WALL))
-    Strokes(sheet, f"{WALLS.node}/seen", rgb(INK), 2.0).show(_all([chain(wall, 0.006) for wall in seen]))
-    unseen = _all([dashed(wall, 0.01, 0.12, 0.1) for wall in low_ones])
-    Strokes(sheet, f"{WALLS.node}/unseen", rgb(FAINT), 2.0).show(unseen)
-    middle = scenery.centerline
-    closed = np.vstack([middle, middle[:1]]) if len(middle) > 1 else NOTHING
-    Strokes(sheet, f"{MIDDLE.node}/line", rgb(LINE, 0.4), 1.0).show(dashed(closed, 0.004, 0.2, 0.2))
+class Walls:
+    """True walls and centerline, where they are known."""
+
+    def __init__(self, sheet: Sheet) -> None:
+        self._sheet = sheet
+        self._fence: Solid | None = None
+        self._seen = Strokes(sheet, f"{WALLS.node}/seen", rgb(INK), 2.0)
+        self._unseen = Strokes(sheet, f"{WALLS.node}/unseen", rgb(FAINT), 2.0)
+        self._middle = Strokes(sheet, f"{MIDDLE.node}/line", rgb(LINE, 0.4), 1.0)
+
+    def surround(self, scenery: Scenery) -> None:
+        """These, and no others."""
+        pairs = list(zip(scenery.walls, scenery.visible, strict=True))
+        seen = [wall for wall, visible in pairs if visible and len(wall) > 1]
+        low_ones = [wall for wall, visible in pairs if not visible]
+        self._raise_fence(seen)
+        self._seen.show(_all([chain(wall, 0.006) for wall in seen]))
+        self._unseen.show(_all([dashed(wall, 0.01, 0.12, 0.1) for wall in low_ones]))
+        middle = scenery.centerline
+        closed = np.vstack([middle, middle[:1]]) if len(middle) > 1 else NOTHING
+        self._middle.show(dashed(closed, 0.004, 0.2, 0.2))
+
+    def _raise_fence(self, walls: list[Points]) -> None:
+        """A mesh keeps its shape for good: another one takes its name."""
+        if self._fence is not None:
+            self._fence.remove()
+        mesh = merged([fence(wall, WALL_HEIGHT) for wall in walls]) if walls else None
+        self._fence = Solid(self._sheet, f"{WALLS.node}/fence", mesh, rgb(WALL)) if mesh else None
 
 
 def _grid(low: Points, high: Points, every: int) -> Segments:

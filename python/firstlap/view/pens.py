@@ -138,6 +138,10 @@ class Solid:
         """Nowhere."""
         self._handle.visible = False
 
+    def remove(self) -> None:
+        """For good."""
+        self._handle.remove()
+
 
 class Fan:
     """A half-transparent area between a point and a rim around it."""

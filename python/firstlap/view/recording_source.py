@@ -113,6 +113,8 @@ class RecordingSource:
         mask_body: bool = True,
         pace: float = 1.0,
     ) -> None:
+        if not len(recording):
+            raise InputError(f"{recording.name}: has no scan to show")
         self.recording, self.car, self.track = recording, car, track
         self.title = recording.name
         self.scans = len(recording)
@@ -255,7 +257,20 @@ class RecordingSource:
                 if idle and self._framed_scan == scan:
                     self._changed.wait(waiting)
                     continue
-            self._show(scan, setup, loaded, stale, playing)
+            try:
+                self._show(scan, setup, loaded, stale, playing)
+            except Exception as error:
+                self._failed(scan, error)
+
+    def _failed(self, scan: int, error: Exception) -> None:
+        """A scan that cannot be shown is said, and the others can still be looked at."""
+        with self._changed:
+            self._playing = False
+        self._scan = self._framed_scan = scan
+        self._number += 1
+        said = f"scan {scan} cannot be shown: {type(error).__name__}: {' '.join(str(error).split())[:200]}"
+        time = float(self.recording.stamps[scan])
+        self._frame = Frame(self._number, time, None, 0.0, 0.0, 0.0, "", {}, 0.0, said=said)
 
     def _advance(self) -> float | None:
         """Wants the next scan when its time has come, else says how long that is."""

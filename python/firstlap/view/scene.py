@@ -14,7 +14,7 @@ from firstlap.view.car_shape import CarShape
 from firstlap.view.frame import Frame, Points, Pose, Scenery
 from firstlap.view.layers import BEFORE, CAR, LAYERS, MAP
 from firstlap.view.local_shapes import LocalShapes, points_of_path
-from firstlap.view.map_shapes import Ground, LapLines, draw_walls
+from firstlap.view.map_shapes import Ground, LapLines, Walls
 from firstlap.view.opponent_shapes import OpponentShapes
 from firstlap.view.opponents import draw
 from firstlap.view.pens import Sheet, Strokes
@@ -40,8 +40,9 @@ class Scene:
             api.add_frame(layer.node, show_axes=False)
         _light(api)
         still = Sheet(api)
-        self._ground = Ground(still, scenery)
-        draw_walls(still, scenery)
+        self._ground = Ground(still)
+        self._walls = Walls(still)
+        self.surround(scenery)
         self._laps = LapLines(still)
         self._body = CarShape(still, geometry)
         self._sheet = Sheet(api)
@@ -53,6 +54,12 @@ class Scene:
     def pose(self) -> Pose:
         """Of the car in what is shown: the origin where nobody knows it."""
         return self._sheet.pose
+
+    def surround(self, scenery: Scenery) -> None:
+        """What stands still is this instead of what was there."""
+        with self._server.atomic():
+            self._ground.surround(scenery)
+            self._walls.surround(scenery)
 
     def show(self, frame: Frame) -> None:
         """This frame instead of the one before."""

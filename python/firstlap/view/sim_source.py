@@ -22,6 +22,7 @@ from firstlap.setup_file import Setup
 from firstlap.tracks.track import Track
 from firstlap.view.conditions import PACE, Conditions, checked_pace
 from firstlap.view.frame import DrivenLap, Frame, Pose, Scenery
+from firstlap.view.mailbox import CLOSE, Mailbox, Message
 from firstlap.view.sim_laps import with_lap
 from firstlap.view.sim_process import PREPARING, run
 from firstlap.view.sim_race import CAR, Plan, make_world
@@ -29,7 +30,9 @@ from firstlap.view.sim_race import CAR, Plan, make_world
 ASKED_EVERY = 0.02
 """[s] between two frames that are asked for, at least."""
 SILENCE = 2.0
-"""[s] without a frame after which the viewers are told."""
+"""[s] without a frame after which the viewers are told, and a restart begins another process."""
+BEGINS = 20.0
+"""[s] without a first frame after which that is so."""
 PATIENCE = 0.5
 """[s] for the race to end by itself when it is told to, and again when it is told otherwise."""
 
@@ -51,7 +54,7 @@ class SimSource:
         self._world = make_world(track, car, self._conditions, seed)
         self._check(setup)
         self._setup = self._loaded = setup
-        self._going, self._closed = True, False
+        self._going, self._closed, self._silent = True, False, False
         self._lock = threading.RLock()
         self._frame: Frame | None = None
         self._laps: tuple[DrivenLap, ...] = ()
@@ -69,7 +72,7 @@ class SimSource:
                 plan = Plan(
                     bare(self.track), packed(self.car), self._setup, self.seed, self._conditions.values, self._going
                 )
-                self._epoch = -1
+                self._epoch, self._silent = -1, False
                 self._race = _Race(plan, self._hear, self._died)
 
     def close(self) -> None:
@@ -151,8 +154,11 @@ class SimSource:
                 raise
 
     def restart(self) -> None:
-        """Back to the line, at rest; laps begin anew. A race whose process has died begins anew, too."""
+        """Back to the line, at rest; laps begin anew. A race whose process has died, or hangs, begins anew, too."""
         with self._lock:
+            if self._silent and self._race is not None:
+                silent, self._race = self._race, None
+                silent.kill()
             if self._race is None:
                 self.start()
                 if self._frame:
@@ -195,22 +201,28 @@ class SimSource:
         if race is not None:
             race.tell(message)
 
-    def _hear(self, message: tuple[Any, ...]) -> tuple[Any, ...]:
-        """Takes what the race sent; the answer asks for more."""
+    def _hear(self, race: _Race, message: Message) -> Message:
+        """Takes what the race sent; the answer asks for more. One that was given up has nothing to say."""
+        with self._lock:
+            if self._race is not race:
+                return ("ask", -1, 0)
+            return self._heard(message)
+
+    def _heard(self, message: Message) -> Message:
         if message[0] == "frame":
             _, frame, epoch, laps = message
-            with self._lock:
-                if epoch != self._epoch:
-                    self._laps = ()
-                self._epoch = epoch
-                for lap in laps:
-                    self._laps = with_lap(self._laps, lap)
-                self._show(frame, laps=self._laps)
+            self._silent = False
+            if epoch != self._epoch:
+                self._laps = ()
+            self._epoch = epoch
+            for lap in laps:
+                self._laps = with_lap(self._laps, lap)
+            self._show(frame, laps=self._laps)
         elif message[0] == "silence":
-            with self._lock:
-                frame = self._frame or _nothing(self._world)
-                if not frame.said.startswith(PREPARING):
-                    self._show(frame, said="the race does not answer")
+            frame = self._frame or _nothing(self._world)
+            if not frame.said.startswith(PREPARING):
+                self._silent = True
+                self._show(frame, going=False, said="the race does not answer: restart begins another")
         elif message[0] == "timing":
             self._timing = message[1:]
             self._timed.set()
@@ -242,27 +254,23 @@ class _Race:
         theirs.close()
         their_life.close()
         self._hear, self._died = hear, died
-        self._sending = threading.Lock()
+        self._mailbox = Mailbox(self._connection)
         self._thread = threading.Thread(target=self._listen, name="race", daemon=True)
         self._thread.start()
 
-    def tell(self, message: tuple[Any, ...]) -> None:
-        """To a process that is gone: nothing; `died` was, or will be, called."""
-        try:
-            with self._sending:
-                self._connection.send(message)
-        except OSError:
-            pass
+    def tell(self, message: Message) -> None:
+        """Never waits. To a process that is gone: nothing; `died` was, or will be, called."""
+        self._mailbox.put(message)
 
     def _listen(self) -> None:
         self.tell(("ask", -1, 0))
         last = 0.0
         try:
             while True:
-                while last and not self._connection.poll(SILENCE):
-                    self._hear(("silence",))
+                while not self._connection.poll(SILENCE if last else BEGINS):
+                    self._hear(self, ("silence",))
                 message = self._connection.recv()
-                answer = self._hear(message)
+                answer = self._hear(self, message)
                 if message[0] == "frame":
                     sleep(max(0.0, last + ASKED_EVERY - monotonic()))
                     last = monotonic()
@@ -271,14 +279,24 @@ class _Race:
             self.process.join(PATIENCE)
             self._died(self, _how(self.process.exitcode))
 
+    def kill(self) -> None:
+        """It does not answer."""
+        self.process.kill()
+        self.process.join(PATIENCE)
+        self._left()
+
     def end(self) -> None:
         """Tells it to, and sees to it."""
-        self.tell(("close",))
+        self.tell((CLOSE,))
         self.process.join(PATIENCE)
         for end in (self.process.terminate, self.process.kill):
             if self.process.is_alive():
                 end()
                 self.process.join(PATIENCE)
+        self._left()
+
+    def _left(self) -> None:
+        self.tell((CLOSE,))  # ends the thread that sends
         self._life.close()
         self._thread.join(PATIENCE)
 
