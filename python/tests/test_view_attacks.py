@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import multiprocessing
 import os
 import signal
@@ -9,14 +10,16 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
+import msgspec
 import pytest
 
 pytest.importorskip("viser", reason="the extra 'view' is not installed")
 
 from conftest import Said
-from viewing import Viewer, get, served, wait_until
+from viewing import CAMERA, Viewer, get, served, wait_until
 
 import firstlap
 from firstlap.car_file import load_car
@@ -25,9 +28,10 @@ from firstlap.recordings import load_recording
 from firstlap.setup_file import load_setup
 from firstlap.view import sim_source
 from firstlap.view.app import serve
+from firstlap.view.camera import aspect_of
 from firstlap.view.frame import Frame, Scenery
 from firstlap.view.gate import Complaints, Gate
-from firstlap.view.guarded import BURST, RATE, Allowance
+from firstlap.view.guarded import BURST, RATE, Allowance, Role, may_pass
 from firstlap.view.mailbox import Mailbox
 from firstlap.view.recording_source import Planner, RecordingSource
 from firstlap.view.sim_source import SimSource, scenery_of
@@ -264,3 +268,31 @@ def test_a_scan_that_cannot_be_shown_is_said_and_the_others_are_shown(
 def test_a_recording_without_scans_is_refused(played: RecordingSource) -> None:
     with pytest.raises(InputError, match="has no scan to show"):
         RecordingSource(played.recording.first(0), load_setup("sure"), load_car("default"))
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"fov": math.nan},
+        {"fov": 0.0},
+        {"position": [math.nan] * 3},
+        {"up_direction": [0.0, math.inf, 0.0]},
+        {"up_direction": []},
+        {"position": "abc"},
+        {"image_width": math.nan},
+    ],
+)
+def test_a_camera_that_cannot_be_reaches_nobody(wrong: dict[str, Any]) -> None:
+    for role in Role:
+        assert may_pass(msgspec.msgpack.encode(CAMERA), role)
+        try:
+            assert not may_pass(msgspec.msgpack.encode(CAMERA | wrong), role)
+        except ValueError as error:
+            assert str(error)
+
+
+def test_a_page_without_height_still_has_an_overview() -> None:
+    camera: Any = SimpleNamespace(image_width=800, image_height=0)
+    assert aspect_of(camera) == 1.0
+    camera.image_height = 400
+    assert aspect_of(camera) == 2.0
