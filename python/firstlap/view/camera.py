@@ -105,7 +105,7 @@ class Viewpoint:
             around = np.array(self._pose[:2])
             low, high = self._bounds or (around - NO_TRACK, around + NO_TRACK)
             half, camera = 0.5 * (high - low) + 1.0, self._client.camera
-            height = max(half[1], half[0] / camera.aspect) / math.tan(0.5 * camera.fov)
+            height = max(half[1], half[0] / aspect_of(camera)) / math.tan(0.5 * camera.fov)
             self._look_down(0.5 * (low + high), height, np.array([0.0, 1.0]))
 
     def hide(self, layer: Layer, hidden: bool) -> None:
@@ -133,6 +133,13 @@ class Viewpoint:
         camera = self._client.camera
         moved = [(*compose(by, (p[0], p[1], 0.0))[:2], p[2]) for p in (camera.position, camera.look_at)]
         camera.position, camera.look_at = moved
+
+
+def aspect_of(camera: viser.CameraHandle) -> float:
+    """Width by height of what is seen; of a page that is folded away, 1."""
+    if camera.image_width <= 0 or camera.image_height <= 0:
+        return 1.0
+    return camera.image_width / camera.image_height
 
 
 def _place(frame: viser.FrameHandle, pose: Pose) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import math
 from enum import Enum
 from time import monotonic
 from typing import Any
@@ -23,9 +24,10 @@ RATE = 200.0
 BURST = 200.0
 """Messages at once. One that says more is listened to more slowly, and others, who might press the stop, are not."""
 
+CAMERA = "ViewerCameraMessage"
 _WATCHING = frozenset(
     {
-        "ViewerCameraMessage",
+        CAMERA,
         "GuiUpdateMessage",
         "GuiButtonHoldMessage",
         "CommandTriggerMessage",
@@ -57,7 +59,29 @@ class _Envelope(msgspec.Struct):
     updates: dict[str, Any] | msgspec.UnsetType = msgspec.UNSET
 
 
+_Three = tuple[float, float, float]
+
+
+class _Camera(msgspec.Struct):
+    wxyz: tuple[float, float, float, float]
+    position: _Three
+    look_at: _Three
+    up_direction: _Three
+    fov: float
+    near: float
+    far: float
+    image_height: float
+    image_width: float
+
+    @property
+    def can_be(self) -> bool:
+        numbers = (*self.wxyz, *self.position, *self.look_at, *self.up_direction, self.fov, self.near, self.far)
+        sizes = (self.image_height, self.image_width)
+        return all(map(math.isfinite, (*numbers, *sizes))) and 0.0 < self.fov < math.pi
+
+
 _decoder = msgspec.msgpack.Decoder(_Envelope)
+_cameras = msgspec.msgpack.Decoder(_Camera)
 
 
 def may_pass(message: str | bytes, role: Role) -> bool:
@@ -66,6 +90,8 @@ def may_pass(message: str | bytes, role: Role) -> bool:
         raise ValueError("text, where viser's messages are binary")
     try:
         envelope = _decoder.decode(message)
+        if envelope.type == CAMERA and not _cameras.decode(message).can_be:
+            return False
     except (msgspec.MsgspecError, RecursionError) as error:
         raise ValueError(str(error)) from None
     if envelope.type not in (_CONTROLLING if role is Role.CONTROL else _WATCHING):
