@@ -17,8 +17,8 @@ scripts/everywhere.py all MAP.yaml... --latency {latency} --laps {laps} --seeds 
 ```
 
 Default car (friction 0.75), noise on, {laps} laps from a standing start, {seeds} seeds, {directions}; every command
-comes {delay} after its scan. Each race makes its map from a slow lap, its line on that map, and knows its own place
-only from scans and noisy odometry. **{finished} of {runs} races were driven to their end without contact.**
+comes {delay} after its scan. The map is made from a slow lap, the line on that map, and the car knows its place only
+from scans and noisy odometry. **{finished} of {runs} races were driven to their end without contact.**
 
 | track | finished | best | median | clearance | a step: p50, p99 |
 |---|---|---|---|---|---|
