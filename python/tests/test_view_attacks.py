@@ -18,7 +18,7 @@ import pytest
 
 pytest.importorskip("viser", reason="the extra 'view' is not installed")
 
-from conftest import Said
+from said import Said
 from viewing import CAMERA, Viewer, get, served, wait_until
 
 import firstlap

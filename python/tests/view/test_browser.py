@@ -189,10 +189,10 @@ def stop_by(how: str, pit: Pit, sight: Sight) -> tuple[float, float, float]:
     sight.until(lambda: any(not frame.going and abs(frame.speed) < 0.05 for _, frame in tuple(frames.seen)))
     frames.stop()
     told, first = next((at, frame) for at, frame in frames.seen if not frame.going)
-    stood = next(at for at, frame in frames.seen if not frame.going and abs(frame.speed) < 0.05)
-    # What then is left is the simulated brakes' doing.
-    later = next(frame for _, frame in frames.seen if not frame.going and frame.time >= first.time + 0.2)
-    assert first.speed - later.speed > 0.6
+    stood, last = next((at, frame) for at, frame in frames.seen if not frame.going and abs(frame.speed) < 0.05)
+    # What then is left is the simulated brakes' doing; a slow car stands before.
+    later = next((frame for _, frame in frames.seen if not frame.going and frame.time >= first.time + 0.2), last)
+    assert later is last or first.speed - later.speed > 0.6
     return told - done, stood - done, max(frame.speed for _, frame in frames.seen)
 
 
@@ -213,9 +213,9 @@ def test_reload_and_a_lost_connection_bring_back_what_drives(pit: Pit, sight: Si
     sight.page.reload()
     sight.ready()
     sight.until(lambda: sight.box("k_dist").input_value() == "0.66")
-    before = set(pit.app._viewers)
+    before = set(pit.app._viewpoints)
     pit.app._server._websock_server.disconnect_all_clients()
-    sight.until(lambda: not before & set(pit.app._viewers))
+    sight.until(lambda: not before & set(pit.app._viewpoints))
     pit.source.change({"k_dist": 0.55})
     sight.until(lambda: sight.connected)
     sight.until(lambda: sight.box("k_dist").input_value() == "0.55")

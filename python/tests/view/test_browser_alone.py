@@ -66,7 +66,7 @@ def test_on_a_phone_the_emergency_stop_is_seen_without_scrolling(browser: Browse
         phone.picture("phone")
         phone.close()
         desk = Sight(browser, gate.url).ready()
-        assert desk.page.get_by_role("button", name="EMERGENCY STOP").count() == 1
+        desk.until(lambda: desk.page.get_by_role("button", name="EMERGENCY STOP").count() == 1)
         desk.close()
     finally:
         app.close()
