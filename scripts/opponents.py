@@ -14,7 +14,7 @@ HEAD = """# The opponents, tuned
 Printed by `scripts/opponents.py` from `firstlap survey --json`: default car (friction 0.75), noise on, both
 directions, without latency. A run is so many laps from a standing start; contact ends it. Laps are flying laps in
 seconds, over both directions. `sure`, `race` and `local_arena` are this project's
-own driver, `local`.
+own driver, `local`; the driver with a map, `global`, stands in [global_results.md](global_results.md).
 
 Every opponent was tuned twice. For the shortest lap of `arena` (`gap_arena`, `disparity_arena`, `pid_arena`): Optuna's
 TPE, multivariate, from the defaults of the field table; the mean flying lap of two seeds, where a contact costs more
