@@ -21,6 +21,7 @@ from firstlap.ros.map_walls import walls_of
 from firstlap.ros.trace_message import HEAD, MAX_BYTES, Told, decode, encode
 from firstlap.setup_file import choose_setup
 from firstlap.view.places import Places, clearance, points_of
+from firstlap.view.ros_source import MAP_TOPIC, MAP_TRIES, RosSource
 
 TOLD = Told("7-1", "local", 12.5, 3.0, 0.1, -0.2, 45.0, True, "")
 
@@ -203,3 +204,17 @@ def test_a_map_that_cannot_be_is_refused() -> None:
     wrong.info.width = 5
     with pytest.raises(ValueError, match="5 x 4 cells"):
         walls_of(wrong)
+
+
+def test_a_map_that_is_published_and_does_not_come_is_asked_for_again_some_times(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    source = RosSource()
+    monkeypatch.setattr(source._link, "published", lambda topic: topic == MAP_TOPIC)
+    assert source._lacks_map()
+    source._map_tries = MAP_TRIES
+    assert not source._lacks_map()
+    source._walls = (np.zeros((2, 2)),)
+    assert not source._lacks_map()
+    source._walls = ()
+    assert source._lacks_map()

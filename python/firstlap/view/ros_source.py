@@ -26,6 +26,8 @@ from firstlap.view.frame import Frame, Scenery
 from firstlap.view.places import Places, clearance, geometry, points_of
 
 NODE = "firstlap_drive"
+MAP_TOPIC = "/map"
+TRUTH_TOPIC = "ground_truth/odom"
 LOST = 0.5
 """[s] without a trace from which that is said, and the bare scan shown."""
 LOOK = 0.1
@@ -33,7 +35,8 @@ LOOK = 0.1
 FIRST = 5.0
 """[s]"""
 MAP_LASTS = 2.0
-"""[s] that `start` waits for the walls of a map that somebody publishes: they are drawn once, at the beginning."""
+"""[s] that `start`, and then each try, waits for what somebody publishes of the map."""
+MAP_TRIES = 5
 UNKNOWN = "sure"
 """The setup that is shown as long as no driving node has said its own."""
 
@@ -60,6 +63,8 @@ class RosSource:
         self._frame: Frame | None = None
         self._number = 0
         self._walls: tuple[Any, ...] = ()
+        self._of_map: list[Any] = []
+        self._map_asked, self._map_tries = -math.inf, 0
         self._born, self._was_there, self._stale, self._asked = "", False, True, -math.inf
         self._trace_at = self._scan_at = self._began = -math.inf
         self._bad_trace = ""
@@ -77,7 +82,7 @@ class RosSource:
         self.title = f"{self._link.path} over ROS 2"
         self._known.wait(self._patience)
         until = time.monotonic() + min(self._patience, MAP_LASTS)
-        while self._link.published("/map") and not self.scenery.walls and time.monotonic() < until:
+        while self._link.published(MAP_TOPIC) and not self.scenery.walls and time.monotonic() < until:
             time.sleep(0.5 * LOOK)
 
     def close(self) -> None:
@@ -140,9 +145,7 @@ class RosSource:
     # What is heard, in the link's thread.
 
     def _build(self) -> None:
-        from nav_msgs.msg import OccupancyGrid, Odometry
         from rcl_interfaces.msg import ParameterEvent
-        from rclpy.qos import DurabilityPolicy, QoSProfile
         from std_msgs.msg import UInt8MultiArray
         from tf2_msgs.msg import TFMessage
 
@@ -150,14 +153,39 @@ class RosSource:
 
         hear = self._link.node.create_subscription
         hear(UInt8MultiArray, f"{self._link.path}/trace", self._on_trace, NEWEST)
-        hear(Odometry, "ground_truth/odom", self._places.hear_truth, NEWEST)
         hear(TFMessage, "/tf_static", self._places.frames.hear, LATCHED)
         hear(TFMessage, "/tf", self._places.frames.hear, 100)
         hear(ParameterEvent, "/parameter_events", self._on_parameters, 100)
-        hear(OccupancyGrid, "/map", self._on_map, QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+        self._hear_map()
         self._listen(self._link.value("scan_topic"), self._link.value("odom_topic"))
         self._base = self._link.value("base_frame")
         self._from_tf = bool(self._link.value("laser_from_tf"))
+
+    def _hear_map(self) -> None:
+        """The map, and where the car is in it."""
+        from nav_msgs.msg import OccupancyGrid, Odometry
+        from rclpy.qos import DurabilityPolicy, QoSProfile
+
+        from firstlap.ros.qos import NEWEST
+
+        node, latched = self._link.node, QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        for one in self._of_map:
+            node.destroy_subscription(one)
+        self._of_map = [
+            node.create_subscription(OccupancyGrid, MAP_TOPIC, self._on_map, latched),
+            node.create_subscription(Odometry, TRUTH_TOPIC, self._places.hear_truth, NEWEST),
+        ]
+        self._map_asked = time.monotonic()
+        self._map_tries += 1
+
+    def _lacks_map(self) -> bool:
+        """Somebody publishes what has not come: DDS loses a match now and then where processes were killed."""
+        deaf = self._link.published(MAP_TOPIC) and not self._walls
+        lost = self._link.published(TRUTH_TOPIC) and not self._places.in_map
+        if not (deaf or lost):
+            self._map_tries = 0
+        due = time.monotonic() - self._map_asked > MAP_LASTS
+        return (deaf or lost) and due and self._map_tries < MAP_TRIES
 
     def _listen(self, scan: str, odom: str) -> None:
         """To the sensors, wherever they are now."""
@@ -261,6 +289,8 @@ class RosSource:
     # Who is there.
 
     def _look(self) -> None:
+        if self._lacks_map():
+            self._hear_map()
         there = self._link.there()
         self._stale = self._stale or (there and not self._was_there)
         if there and self._stale:

@@ -68,7 +68,8 @@ def test_frames_show_the_path_the_pose_and_the_walls_of_the_car_that_laps(shared
     assert frame.step_us > 0.0
     assert frame.clearance is not None
     assert 0.0 < frame.clearance < 2.0
-    frame = frame_when(shared_lab, watched, lambda one: one.pose and watched.scenery.walls, "walls and a pose")
+    frame = frame_when(shared_lab, watched, lambda one: one.pose, "a pose")
+    shared_lab.until(lambda: watched.scenery.walls, "walls of the map")
     low, high = watched.scenery.bounds() or (np.zeros(2), np.zeros(2))
     walls = np.asarray(firstlap.load_track("arena").to_arrays()["segments"]).reshape(-1, 2)
     np.testing.assert_allclose(low, walls.min(axis=0), atol=0.1)
