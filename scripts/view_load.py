@@ -17,6 +17,7 @@ import sys
 import time
 from collections import defaultdict
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -143,22 +144,13 @@ def _listen(address: str, sleeps: bool) -> None:
     import viser
     from websockets.sync.client import connect
 
-    camera = {
-        "type": "ViewerCameraMessage",
-        "wxyz": [1.0, 0.0, 0.0, 0.0],
-        "position": [0.0, 0.0, 9.0],
-        "fov": 1.0,
-        "near": 0.1,
-        "far": 100.0,
-        "image_height": 600,
-        "image_width": 800,
-        "look_at": [0.0, 0.0, 0.0],
-        "up_direction": [0.0, 0.0, 1.0],
-    }
+    sys.path.insert(0, str(Path(__file__).parents[1] / "python" / "tests"))
+    from viewing import CAMERA
+
     protocol: Any = f"viser-v{viser.__version__}"
     origin: Any = f"http://{address}"
     connection = connect(f"ws://{address}/", subprotocols=[protocol], origin=origin, max_size=None, compression=None)
-    connection.send(msgspec.msgpack.encode(camera))
+    connection.send(msgspec.msgpack.encode(CAMERA))
 
     def read() -> None:
         for _ in connection:

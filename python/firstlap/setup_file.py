@@ -66,10 +66,10 @@ class Setup:
         """A copy with values that a recording asks for; they do not count as changed by a person."""
         return replace(self, given={**self.given, **values})
 
-    def validate(self, where: str) -> None:
-        """Raises InputError where values contradict each other."""
+    def validate(self, where: str, car: _core.Car | None = None) -> None:
+        """Raises InputError where values contradict each other, or the car's."""
         try:
-            self.params().validate()
+            self.params(car).validate()
         except ValueError as error:
             raise InputError(f"{where}: {error}") from None
 

@@ -24,6 +24,7 @@ from firstlap.setup_file import Setup
 from firstlap.tracks.track import Track
 from firstlap.view.conditions import checked_pace
 from firstlap.view.frame import DrivenLap, Frame, Pose, Scenery
+from firstlap.view.holding import Holding
 from firstlap.view.laps import LapBook
 from firstlap.view.sim_source import scenery_of
 
@@ -99,7 +100,7 @@ def begin_of_memory(recording: Recording, scan: int) -> int:
     return max(scan - MOST_SCANS, int(np.searchsorted(recording.stamps, recording.stamps[scan] - MEMORY)))
 
 
-class RecordingSource:
+class RecordingSource(Holding):
     """A `Source` that `Plays`. setup: as a person chose it; what the recording says of its car is added. track: of its
     map, where that is known. Raises InputError."""
 
@@ -120,7 +121,7 @@ class RecordingSource:
         self.scans = len(recording)
         self.scenery = Scenery() if track is None else scenery_of(track)
         self._mask_body = mask_body
-        self._setup = self._loaded = self._prepared(setup)
+        super().__init__(self._prepared(setup))
         self._planner = Planner(recording, self._setup, car)
         self._before: Planner | None = None
         self._laps = laps_of(recording)
@@ -130,9 +131,8 @@ class RecordingSource:
         self._playing = self._closed = False
         self._due = 0.0
         self._shown = -math.inf
-        self._number, self._framed_scan = 0, -1
+        self._framed_scan = -1
         self._said = ""
-        self._frame: Frame | None = None
         self._thread: threading.Thread | None = None
 
     def _prepared(self, setup: Setup) -> Setup:
@@ -143,10 +143,7 @@ class RecordingSource:
         return self._checked(setup)
 
     def _checked(self, setup: Setup) -> Setup:
-        try:
-            setup.params(self.car.core).validate()
-        except ValueError as error:
-            raise InputError(f"{setup.title} on car {self.car.name}: {error}") from None
+        setup.validate(f"{setup.title} on car {self.car.name}", self.car.core)
         return setup
 
     # A source.
@@ -167,20 +164,6 @@ class RecordingSource:
             self._changed.notify()
         if self._thread is not None:
             self._thread.join()
-
-    def latest(self) -> Frame | None:
-        """The newest frame."""
-        return self._frame
-
-    @property
-    def setup(self) -> Setup:
-        """What plans now."""
-        return self._setup
-
-    @property
-    def loaded(self) -> Setup:
-        """What "reset" goes back to."""
-        return self._loaded
 
     def change(self, values: Mapping[str, Value]) -> None:
         """Parameters by section.name: the scan that is shown is planned anew."""

@@ -23,6 +23,7 @@ from firstlap.ros.trace_message import Told, decode
 from firstlap.scan import Mount
 from firstlap.setup_file import Setup, load_setup
 from firstlap.view.frame import Frame, Scenery
+from firstlap.view.holding import Holding
 from firstlap.view.places import Places, clearance, geometry, points_of
 
 NODE = "firstlap_drive"
@@ -41,7 +42,7 @@ UNKNOWN = "sure"
 """The setup that is shown as long as no driving node has said its own."""
 
 
-class RosSource:
+class RosSource(Holding):
     """A `Source` that `Drives`. arguments: for ROS, as `ros_arguments` makes them. node: of the driver.
     patience: [s] that `start` waits for that node to say what it drives with.
 
@@ -56,12 +57,10 @@ class RosSource:
         self._patience = patience
         self.car: Car = load_car("default")
         self.scenery = Scenery()
-        self._setup = self._loaded = load_setup(UNKNOWN)
+        super().__init__(load_setup(UNKNOWN))
         self._known = threading.Event()
         self._changing = threading.Lock()
         self._places = Places()
-        self._frame: Frame | None = None
-        self._number = 0
         self._walls: tuple[Any, ...] = ()
         self._of_map: list[Any] = []
         self._map_asked, self._map_tries = -math.inf, 0
@@ -88,20 +87,6 @@ class RosSource:
     def close(self) -> None:
         """Leaves."""
         self._link.close()
-
-    def latest(self) -> Frame | None:
-        """The newest frame; never waits."""
-        return self._frame
-
-    @property
-    def setup(self) -> Setup:
-        """What drives now; `sure` as long as no driving node has answered."""
-        return self._setup
-
-    @property
-    def loaded(self) -> Setup:
-        """What the node had when it was found."""
-        return self._loaded
 
     def change(self, values: Mapping[str, Value]) -> None:
         """In the node: all are taken, or InputError with its reason."""

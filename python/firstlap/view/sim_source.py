@@ -22,6 +22,7 @@ from firstlap.setup_file import Setup
 from firstlap.tracks.track import Track
 from firstlap.view.conditions import PACE, Conditions, checked_pace
 from firstlap.view.frame import DrivenLap, Frame, Pose, Scenery
+from firstlap.view.holding import Holding
 from firstlap.view.mailbox import CLOSE, Mailbox, Message
 from firstlap.view.sim_laps import with_lap
 from firstlap.view.sim_process import PREPARING, run
@@ -37,7 +38,7 @@ PATIENCE = 0.5
 """[s] for the race to end by itself when it is told to, and again when it is told otherwise."""
 
 
-class SimSource:
+class SimSource(Holding):
     """A `Source` that `Drives` and `Simulates`. Raises InputError for a car that cannot start on the track.
 
     track: as it is driven. pace: times real time.
@@ -53,12 +54,11 @@ class SimSource:
         self._conditions.set(PACE, checked_pace(pace))
         self._world = make_world(track, car, self._conditions, seed)
         self._check(setup)
-        self._setup = self._loaded = setup
+        super().__init__(setup)
         self._going, self._closed, self._silent = True, False, False
         self._lock = threading.RLock()
-        self._frame: Frame | None = None
         self._laps: tuple[DrivenLap, ...] = ()
-        self._epoch, self._number = -1, 0
+        self._epoch = -1
         self._race: _Race | None = None
         self._timing: tuple[Any, Any] | None = None
         self._timed = threading.Event()
@@ -83,20 +83,6 @@ class SimSource:
         if race is not None:
             race.end()
 
-    def latest(self) -> Frame | None:
-        """The newest frame."""
-        return self._frame
-
-    @property
-    def setup(self) -> Setup:
-        """What drives now."""
-        return self._setup
-
-    @property
-    def loaded(self) -> Setup:
-        """What "reset" goes back to."""
-        return self._loaded
-
     def change(self, values: Mapping[str, Value]) -> None:
         """Parameters by section.name, while driving."""
         with self._lock:
@@ -114,10 +100,7 @@ class SimSource:
         self._setup = setup
 
     def _check(self, setup: Setup) -> None:
-        try:
-            setup.params(self.car.core).validate()
-        except ValueError as error:
-            raise InputError(f"{setup.title} on car {self.car.name}: {error}") from None
+        setup.validate(f"{setup.title} on car {self.car.name}", self.car.core)
 
     # It drives.
 
