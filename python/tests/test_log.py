@@ -204,6 +204,23 @@ def test_the_log_of_a_killed_race_is_readable(tmp_path):
     assert np.array_equal(driven.steering_angle.astype(np.float32), recording.commands.steering_angle)
 
 
+def test_a_log_that_is_cut_off_anywhere_replays_to_the_commands_in_it(logged, tmp_path):
+    data, path = logged[1].read_bytes(), tmp_path / "cut.mcap"
+    lengths, left_out = set(), 0
+    for share in np.linspace(0.05, 0.95, 80):
+        path.write_bytes(data[: int(share * len(data))])
+        recording = load_recording(path)
+        assert recording.about is not None
+        assert recording.commands is not None
+        driven = replay(recording, recording.about.setup, recording.about.car).driven
+        assert np.array_equal(driven.speed.astype(np.float32), recording.commands.speed)
+        assert np.array_equal(driven.steering_angle.astype(np.float32), recording.commands.steering_angle)
+        lengths.add(len(recording))
+        left_out += "it was left out" in " ".join(recording.remarks)
+    assert len(lengths) > 20
+    assert left_out > 0
+
+
 def test_an_interrupted_race_leaves_a_finished_log(tmp_path):
     def stop(running: object) -> None:
         raise KeyboardInterrupt

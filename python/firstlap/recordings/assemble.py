@@ -72,7 +72,12 @@ class _Assembly:
         found = states_at(times, held, self.wanted.speed)
         self.remarks += found.remarks
         poses = None if held.poses is None else held.poses.at(times)
-        return Recording(
+        whole = len(times) if about is None else _whole_scans(times, held.commands)
+        if not whole:
+            raise InputError(f"{self.path}: is cut off before the first scan's command")
+        if whole < len(times):
+            self.remarks.append("the last scan's command and measurements are cut off: it was left out")
+        recording = Recording(
             name=self.path.name if self.path.is_dir() else self.path.stem,
             source=str(self.path),
             ranges=scans.ranges,
@@ -90,6 +95,7 @@ class _Assembly:
             topics=self.roles.names(),
             about=about,
         )
+        return recording.first(whole)
 
     def decoded(self, topic: Topic | None) -> list[tuple[int, Any]]:
         """(time of logging, message), in the order of logging; what cannot be decoded is counted."""
@@ -159,6 +165,13 @@ class _Assembly:
             return logged
         stamped = np.array([nanoseconds(message.header.stamp) for _, message in messages], dtype=np.int64)
         return stamped if np.all(np.diff(stamped) >= 0) and len(np.unique(stamped)) * 2 > len(stamped) else logged
+
+
+def _whole_scans(times: Floats, commands: Series | None) -> int:
+    """How many of a log's scans were written with all that belongs to them: the command comes last, at their stamp."""
+    if commands is None:
+        return len(times)
+    return int(np.searchsorted(times, commands.times[-1] + 0.5e-9, side="right"))
 
 
 def _exact(headers: Floats, about: About | None) -> Floats:
