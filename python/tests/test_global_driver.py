@@ -14,10 +14,14 @@ from firstlap.drivers.registry import Preparation, driver_kind
 from firstlap.errors import InputError
 from firstlap.global_driver.road import road_of
 from firstlap.mapping.occupancy_map import FREE, OCCUPIED, UNKNOWN, OccupancyMap, without_gaps
+from firstlap.mapping.poses import between
 from firstlap.race import start_race
-from firstlap.setup_file import Setup, choose_setup
+from firstlap.race_process import bare, packed
+from firstlap.setup_file import Setup, choose_setup, load_setup
 from firstlap.survey import Run, Survey
 from firstlap.tracks.track import Track
+from firstlap.view.sim_race import Plan, SimRace
+from firstlap.view.sim_source import SimSource
 
 pytest.importorskip("piqp")
 pytest.importorskip("gtsam")
@@ -134,6 +138,33 @@ def test_a_car_set_down_elsewhere_stops_or_finds_itself(oval, prepared):
     assert result["contact"] is None
     assert len(result["laps"]) == 1
     assert statuses[-1] == "ok"
+
+
+def test_a_car_placed_by_hand_at_the_pit_wall_finds_itself(oval, prepared):
+    race = SimRace(Plan(bare(oval), packed(CAR), load_setup("sure"), 1, {}))
+    race.set_setup(coarse())
+    for share in (0.3, 0.8, 0.55):
+        race.place(oval.start_pose(share * oval.length))
+        for _ in range(80):
+            race.tick()
+        assert race.going
+        assert "contact" not in race.said
+        truth, estimate = race.world.truth(0), race.driving.handle.driver.estimate
+        x, y, _ = between(np.array(oval.start_pose()), np.array([truth["x"], truth["y"], truth["yaw"]]))
+        assert np.hypot(estimate.x - x, estimate.y - y) < 0.3
+        assert truth["speed"] > 2.0
+    race.restart()
+    while not race.laps:
+        race.tick()
+    assert race.laps[0].standing
+    assert race.laps[0].setup == coarse()
+
+
+def test_a_driver_of_one_way_is_not_placed_backwards(oval, prepared):
+    source = SimSource(oval, coarse(), CAR)
+    x, y, yaw = oval.start_pose(5.0)
+    with pytest.raises(InputError, match="one way"):
+        source.place((x, y, yaw + np.pi))
 
 
 @pytest.mark.parametrize("name", ["hairpins", "arena"])

@@ -27,7 +27,9 @@ from firstlap.race import race
 from firstlap.race_process import bare, packed
 from firstlap.recordings import Recording, load_recording
 from firstlap.setup_file import Setup, load_setup
+from firstlap.view import drove
 from firstlap.view.conditions import Conditions
+from firstlap.view.drove import changed_from
 from firstlap.view.frame import DrivenLap, Frame
 from firstlap.view.recording_source import RecordingSource, begin_of_memory
 from firstlap.view.sim_laps import KEPT_LINES, with_lap
@@ -95,6 +97,30 @@ def test_a_lap_is_counted_with_its_line(arena: firstlap.Track) -> None:
     assert len(second.line) == len(second.speed) == pytest.approx(second.time / watched.period, abs=2)
     assert np.hypot(*np.diff(second.line, axis=0).T).sum() == pytest.approx(raced.laps[1].distance, rel=0.01)
     assert "lap 2 in" in watched.said
+
+
+def test_a_lap_says_which_setup_drove_it(arena: firstlap.Track) -> None:
+    watched, sure = sim_race(arena), load_setup("sure")
+    faster = changed_from(sure.with_values({"v_max": 3.0, "k_ang": sure.get("k_ang")}), sure)
+    for wanted, setup in ((1, faster), (2, faster), (3, load_setup("race"))):
+        while len(watched.laps) < wanted:
+            watched.tick()
+        watched.set_setup(setup)
+        watched.tick()
+    while len(watched.laps) < 4:
+        watched.tick()
+    assert [drove.short(lap) for lap in watched.laps] == ["sure", "… sure +1", "sure +1", "… race"]
+    assert drove.long(watched.laps[2]) == "setup sure; v_max 3"
+    assert drove.long(watched.laps[3]) == "setup race; something else drove its begin"
+
+
+def test_a_change_that_is_taken_back_is_none() -> None:
+    loaded = load_setup("sure").with_assignments(["k_ang=0.3"])
+    changed = changed_from(loaded.with_values({"v_max": 3.0, "k_dist": 0.5}), loaded)
+    back = changed_from(changed.with_values({"v_max": loaded.get("v_max")}), loaded)
+    assert {name for _, name in changed.changed} == {"k_ang", "v_max", "k_dist"}
+    assert {name for _, name in back.changed} == {"k_ang", "k_dist"}
+    assert back.get("v_max") == loaded.get("v_max")
 
 
 def test_old_lines_are_forgotten_but_for_the_best() -> None:

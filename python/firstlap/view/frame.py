@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from firstlap.setup_file import Setup
+
 Pose = tuple[float, float, float]
 """x, y [m], yaw [rad] of base_link in the map frame."""
 Points = npt.NDArray[np.float64]
@@ -18,7 +20,8 @@ Points = npt.NDArray[np.float64]
 @dataclass(frozen=True)
 class DrivenLap:
     """A complete lap: its number from 1, time [s], smallest clearance [m] where known, and line (N, 2) with its
-    speeds (N,) [m/s] in the map frame. standing: it began at rest."""
+    speeds (N,) [m/s] in the map frame. standing: it began at rest. setup: what drove its end, where that is known.
+    mixed: something else drove its begin."""
 
     number: int
     time: float
@@ -26,6 +29,8 @@ class DrivenLap:
     speed: npt.NDArray[np.float64]
     clearance: float | None = None
     standing: bool = False
+    setup: Setup | None = None
+    mixed: bool = False
 
 
 @dataclass(frozen=True)

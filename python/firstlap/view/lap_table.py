@@ -7,11 +7,13 @@ import html
 import viser
 
 from firstlap.colours import GOOD
+from firstlap.view import drove
 from firstlap.view.frame import DrivenLap, Frame
 from firstlap.view.map_shapes import best_of
 
 ROWS = 8
 """Laps that are listed, newest first; the best one is listed always."""
+COLUMNS = ("lap", "s", "to best", "m/s", "room m", "setup")
 AT_ONCE = 1.0
 """[s] of a source's clock up to which the first frame is one from the line."""
 
@@ -41,7 +43,8 @@ class LapTable:
 
 
 def table_of(laps: tuple[DrivenLap, ...], running: float | None) -> str:
-    """HTML: number, time, difference to the best, mean speed, clearance; the best one marked; the running lap on top.
+    """HTML: number, time, difference to the best, mean speed, clearance, setup; the best one marked; the running lap on
+    top.
 
     laps: oldest first. running: [s], None where no lap runs.
     """
@@ -52,10 +55,8 @@ def table_of(laps: tuple[DrivenLap, ...], running: float | None) -> str:
     rows = [_row(lap, best) for lap in listed]
     number = laps[-1].number + 1 if laps else 1
     now = f"{running:.1f}" if running is not None else "–"
-    rows.insert(0, f'<tr style="opacity:.65">{_cells(str(number), now, "running", "", "")}</tr>')
-    head = "".join(
-        f'<th style="{_RIGHT};font-weight:600">{name}</th>' for name in ("lap", "s", "to best", "m/s", "room m")
-    )
+    rows.insert(0, f'<tr style="opacity:.65">{_cells(str(number), now, "running", "", "", "")}</tr>')
+    head = "".join(f'<th style="{_RIGHT};font-weight:600">{name}</th>' for name in COLUMNS)
     return (
         '<div style="padding:.25em .75em"><table style="width:100%;border-collapse:collapse;font-size:.8em;'
         f'line-height:1.5;font-variant-numeric:tabular-nums"><thead><tr style="opacity:.65">{head}</tr></thead>'
@@ -72,8 +73,10 @@ def _row(lap: DrivenLap, best: DrivenLap | None) -> str:
     mean = f"{float(lap.speed.mean()):.2f}" if len(lap.speed) else "–"
     room = "–" if lap.clearance is None else f"{lap.clearance:.2f}"
     style = f"color:{GOOD};font-weight:700" if lap is best else ""
-    title = ' title="from a standing start"' if lap.standing else ""
-    return f'<tr style="{style}"{title}>{_cells(number, f"{lap.time:.3f}", behind, mean, room)}</tr>'
+    told = "; ".join(text for text in ("from a standing start" if lap.standing else "", drove.long(lap)) if text)
+    title = f' title="{html.escape(told)}"' if told else ""
+    cells = _cells(number, f"{lap.time:.3f}", behind, mean, room, drove.short(lap))
+    return f'<tr style="{style}"{title}>{cells}</tr>'
 
 
 def _cells(*texts: str) -> str:

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from firstlap.view.drove import Drove
 from firstlap.view.frame import DrivenLap, Pose
 
 REACH = 2.5
@@ -29,7 +30,8 @@ MAX_LAPS = 500
 
 
 class LapBook:
-    """Feed it every pose. laps: complete ones. clearance: [m] smallest in this lap; None where nobody says.
+    """Feed it every pose. laps: complete ones. drove: tell it what drives. clearance: [m] smallest in this lap; None
+    where nobody says.
 
     The line stands where the car began to drive, across its way. A lap ends where it is crossed in that direction
     (within 90 degrees), and after 10 m at the earliest. A gap or a jump loses the lap, never the line.
@@ -37,6 +39,7 @@ class LapBook:
 
     def __init__(self) -> None:
         self.laps: tuple[DrivenLap, ...] = ()
+        self.drove = Drove()
         self.clearance: float | None = None
         self._done = 0
         self._line: Pose | None = None
@@ -84,6 +87,7 @@ class LapBook:
         self._began, self._standing, self._length = time, standing, 0.0
         self._points = [(pose[0], pose[1], speed)]
         self.clearance = None
+        self.drove.begin()
 
     def _at(self, pose: Pose) -> tuple[float, float, float]:
         """[m] beyond the line, [m] left of its middle, [rad] turned from its direction."""
@@ -108,7 +112,7 @@ class LapBook:
             self._done += 1
             table = np.array([*self._points, (x, y, speed)])
             lap = DrivenLap(self._done, time - self._began, table[:, :2], table[:, 2], self.clearance, self._standing)
-            self.laps = (*self.laps, lap)[-MAX_LAPS:]
+            self.laps = (*self.laps, self.drove.sign(lap))[-MAX_LAPS:]
         self._begin(time, (x, y, after[2]), speed, standing=False)
 
     def _note(self, pose: Pose, speed: float) -> None:

@@ -23,6 +23,7 @@ from firstlap.scan import Scan
 from firstlap.setup_file import Setup
 from firstlap.tracks.track import Track
 from firstlap.view.conditions import checked_pace
+from firstlap.view.drove import changed_from
 from firstlap.view.frame import DrivenLap, Frame, Pose, Scenery
 from firstlap.view.holding import Holding
 from firstlap.view.laps import LapBook
@@ -168,7 +169,7 @@ class RecordingSource(Holding):
     def change(self, values: Mapping[str, Value]) -> None:
         """Parameters by section.name: the scan that is shown is planned anew."""
         with self._changed:
-            self._setup = self._checked(self._setup.with_values(values))
+            self._setup = self._checked(changed_from(self._setup.with_values(values), self._loaded))
             self._stale = True
             self._changed.notify()
 
@@ -352,6 +353,7 @@ class RecordingSource(Holding):
 def laps_of(recording: Recording) -> list[tuple[int, DrivenLap]]:
     """Complete laps, each with the first scan after it; none without poses."""
     book, found, count = LapBook(), list[tuple[int, DrivenLap]](), 0
+    book.drove.by(recording.about.setup if recording.about else None)
     for scan, pose in enumerate(() if recording.poses is None else recording.poses.tolist()):
         if math.isfinite(sum(pose)):
             book.add(float(recording.stamps[scan]), tuple(pose), float(recording.speed[scan]))

@@ -22,6 +22,7 @@ from firstlap.ros.frames import mount_of
 from firstlap.ros.trace_message import Told, decode
 from firstlap.scan import Mount
 from firstlap.setup_file import Setup, load_setup
+from firstlap.view.drove import changed_from
 from firstlap.view.frame import Frame, Scenery
 from firstlap.view.holding import Holding
 from firstlap.view.places import Places, clearance, geometry, points_of
@@ -110,7 +111,8 @@ class RosSource(Holding):
         """The node has them now."""
         new = {(field.section, field.name): value for field, value in values.items()}
         before = self._setup
-        self._setup = replace(before, given={**before.given, **new}, changed={**before.changed, **new})
+        changed = replace(before, given={**before.given, **new}, changed={**before.changed, **new})
+        self._setup = changed_from(changed, self._loaded)
         self._see_car()
 
     # Drives.
@@ -207,6 +209,7 @@ class RosSource(Holding):
         near = clearance(points_of(shown, geometry(self.car, "laser_x")), self.car)
         if near is not None and told.going:
             places.book.near(near)
+        places.book.drove.by(None if self._stale else self._setup)
         frame = Frame(
             self._next(), told.time, places.at(told.time), told.speed, told.yaw_rate, told.steering_angle,
             told.driver if trace else "", shown, told.step_us, clearance=places.book.clearance, laps=places.book.laps,

@@ -9,7 +9,7 @@ from time import perf_counter_ns, thread_time_ns
 
 from firstlap import _core
 from firstlap.car_file import Car
-from firstlap.drivers.registry import Look, driver_kind
+from firstlap.drivers.registry import Look, StartsAt, driver_kind
 from firstlap.driving import Driving
 from firstlap.errors import InputError
 from firstlap.parameters import Value
@@ -19,6 +19,7 @@ from firstlap.setup_file import Setup
 from firstlap.simulate import core_track
 from firstlap.tracks.track import Track
 from firstlap.view.conditions import Conditions
+from firstlap.view.drove import Drove
 from firstlap.view.frame import DrivenLap, Frame, Pose
 from firstlap.view.sim_laps import DrivenLine, with_lap
 
@@ -84,7 +85,7 @@ class SimRace:
         self.going, self.number, self.epoch = plan.going, 0, 0
         self.laps: tuple[DrivenLap, ...] = ()
         self.times: deque[tuple[float, float]] = deque(maxlen=8000)
-        self._line, self._counted, self._hit = DrivenLine(), 0, ""
+        self._line, self._drove, self._counted, self._hit = DrivenLine(), Drove(), 0, ""
         self._began = self.world.time
         self._event, self._event_until = "", 0
         self._commands: deque[tuple[float, float, float]] = deque()
@@ -110,6 +111,7 @@ class SimRace:
         else:
             self.driving = Driving(setup, self.car)
             self.driving.reset()
+        self._drove.by(setup)
         self.number += 1
 
     def set_condition(self, key: str, value: Value) -> None:
@@ -134,6 +136,7 @@ class SimRace:
     def restart(self) -> None:
         """Back to the line, at rest; laps begin anew."""
         self.world.reset(CAR)
+        self._tell_place(0.0)
         self.laps = ()
         self.epoch += 1
         self._begin()
@@ -143,10 +146,17 @@ class SimRace:
         if not self.world.fits(CAR, *pose):
             raise InputError(f"the car does not fit at x = {pose[0]:.2f} m, y = {pose[1]:.2f} m: it would touch a wall")
         self.world.place(CAR, *pose)
+        self._tell_place(self.world.truth(CAR)["s"] / self.track.length)
         self._begin()
+
+    def _tell_place(self, share: float) -> None:
+        """To a driver with a map of the track: roughly, as who put the car down knows it."""
+        if self.driving is not None and isinstance(self.driving.handle, StartsAt):
+            self.driving.handle.starts_at(share)
 
     def _begin(self) -> None:
         self._line.clear()
+        self._drove.begin()
         self._commands.clear()
         self._counted, self._hit, self._began = 0, "", self.world.time
         self._steering = self._busy_until = 0.0
@@ -193,7 +203,7 @@ class SimRace:
 
     def _count(self, time: float, clearance: float, standing: bool) -> None:
         number = self.laps[-1].number + 1 if self.laps else 1
-        self.laps = with_lap(self.laps, self._line.take(number, time, clearance, standing))
+        self.laps = with_lap(self.laps, self._drove.sign(self._line.take(number, time, clearance, standing)))
         self._began = self.world.time
         self.say(f"lap {number} in {time:.3f} s, {clearance:.2f} m to the wall")
 

@@ -21,6 +21,7 @@ from firstlap.race_process import bare, packed
 from firstlap.setup_file import Setup
 from firstlap.tracks.track import Track
 from firstlap.view.conditions import PACE, Conditions, checked_pace
+from firstlap.view.drove import changed_from
 from firstlap.view.frame import DrivenLap, Frame, Pose, Scenery
 from firstlap.view.holding import Holding
 from firstlap.view.mailbox import CLOSE, Mailbox, Message
@@ -86,7 +87,7 @@ class SimSource(Holding):
     def change(self, values: Mapping[str, Value]) -> None:
         """Parameters by section.name, while driving."""
         with self._lock:
-            self._take(self._setup.with_values(values))
+            self._take(changed_from(self._setup.with_values(values), self._loaded))
 
     def choose(self, setup: Setup) -> None:
         """Another setup. A driver that needs a map makes it first, and begins at the line."""
@@ -150,14 +151,15 @@ class SimSource(Holding):
                 self._tell("restart")
 
     def place(self, pose: Pose) -> None:
-        """The car stands there, at rest. Raises InputError on or behind a wall."""
-        if driver_kind(self._setup.driver).needs_map:
-            raise InputError(f"driver {self._setup.driver} knows its place only from the line on: restart instead")
+        """The car stands there, at rest. Raises InputError on or behind a wall, and for a driver with a map that would
+        look back."""
         if not all(math.isfinite(value) for value in pose):
             raise InputError(f"the car cannot stand at {pose}: expected x, y [m] and yaw [rad]")
         x, y, yaw = (float(value) for value in pose)
         if _outside(self.track, x, y):
             raise InputError(f"x = {x:.2f} m, y = {y:.2f} m is not on the track: expected a place between its walls")
+        if driver_kind(self._setup.driver).needs_map and _looks_back(self.track, x, y, yaw):
+            raise InputError(f"driver {self._setup.driver} drives its line one way only: turn the car round")
         with self._lock:
             if not self._world.fits(CAR, x, y, yaw):
                 raise InputError(f"the car does not fit at x = {x:.2f} m, y = {y:.2f} m: it would touch a wall")
@@ -295,11 +297,23 @@ def _nothing(world: Any) -> Frame:
     return Frame(0, 0.0, (start["x"], start["y"], start["yaw"]), 0.0, 0.0, 0.0, "", {}, 0.0)
 
 
-def _outside(track: Track, x: float, y: float) -> bool:
-    """Farther from the centerline than the walls are there."""
+def _nearest(track: Track, x: float, y: float) -> tuple[int, float]:
+    """The centerline's nearest point and how far [m] it is."""
     distance = np.hypot(track.centerline[:, 0] - x, track.centerline[:, 1] - y)
     nearest = int(np.argmin(distance))
-    return bool(distance[nearest] > max(track.width_left[nearest], track.width_right[nearest]))
+    return nearest, float(distance[nearest])
+
+
+def _outside(track: Track, x: float, y: float) -> bool:
+    """Farther from the centerline than the walls are there."""
+    nearest, distance = _nearest(track, x, y)
+    return bool(distance > max(track.width_left[nearest], track.width_right[nearest]))
+
+
+def _looks_back(track: Track, x: float, y: float, yaw: float) -> bool:
+    """Whether that heading is more than 90 degrees off the track's."""
+    along = track.start_pose(float(track.stations[_nearest(track, x, y)[0]]))[2]
+    return math.cos(yaw - along) < 0.0
 
 
 def scenery_of(track: Track) -> Scenery:
