@@ -114,6 +114,11 @@ def test_a_lap_says_which_setup_drove_it(arena: firstlap.Track) -> None:
     assert drove.long(watched.laps[3]) == "setup race; something else drove its begin"
 
 
+def test_the_pace_that_was_asked_for_counts_as_loaded(arena: firstlap.Track) -> None:
+    source = SimSource(arena, load_setup("sure"), load_car("default"), pace=4.0)
+    assert source.condition("pace") == source.conditions.find("pace", "test").default == 4.0
+
+
 def test_a_change_that_is_taken_back_is_none() -> None:
     loaded = load_setup("sure").with_assignments(["k_ang=0.3"])
     changed = changed_from(loaded.with_values({"v_max": 3.0, "k_dist": 0.5}), loaded)

@@ -45,11 +45,15 @@ def latency(
         return 0
     out = console()
     times, node = summary["scan_to_drive_ms"], summary["node_us"]
-    answered = f"{summary['answered']} of {summary['scans']} scans answered, {summary['stops']} stops"
+    answered = f"{summary['answered']} of {summary['scans']} scans answered, {summary['missed']} missed"
+    answered += f", {summary['stops']} stops"
     out.print(f"{chosen.title}, {rate:g} Hz, {answered}")
     if summary["answered"]:
         out.print("scan to drive: " + ", ".join(f"{name} {value:.2f}" for name, value in times.items()) + " ms")
-    out.print("in the node: " + ", ".join(f"{name} {value}" for name, value in node.items()), markup=False)
+    own = ", ".join(f"{name} {value}" for name, value in node.items() if "[us]" in name)
+    out.print(f"in the node: {own}", markup=False)
+    if summary["unsent"]:
+        out.print(f"{summary['unsent']} scans were not sent in time: this machine was busy")
     if summary["memory_mb"]:
         out.print("its memory: {first:.1f} MB at first, {last:.1f} MB at last".format(**summary["memory_mb"]))
     load = summary["load"]

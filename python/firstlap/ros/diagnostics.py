@@ -13,6 +13,12 @@ KEPT = 400
 """Steps that the percentiles are of."""
 LATE = 1.5
 """Scan periods between two stamps from which a scan counts as missed."""
+MISSED = "missed scans"
+
+
+def missed_between(dt: float, period: float) -> int:
+    """How many scans are missing between two stamps that are dt [s] apart; none where the period is not known."""
+    return round(dt / period) - 1 if period > 0.0 and dt > LATE * period else 0
 
 
 class Health:
@@ -34,8 +40,7 @@ class Health:
     def scan(self, stamp: float, dt: float, period: float) -> None:
         """A good scan; those that are missing since the one before are counted."""
         self.counts["scan"] += 1
-        if period > 0.0 and dt > LATE * period:
-            self.counts["missed scans"] += round(dt / period) - 1
+        self.counts[MISSED] += missed_between(dt, period)
 
     def step(self, step: float, work: float, age: float, status: str) -> None:
         """One command: seconds in the driver, in the node, from the end of the scan to the command."""
@@ -51,7 +56,7 @@ class Health:
             "state": "driving" if watchdog.armed else f"stopped: {watchdog.tripped or 'not armed'}",
             "driver": self._node.driving.setup.title,
             "status": self._status,
-            "missed scans": str(self.counts["missed scans"]),
+            MISSED: str(self.counts[MISSED]),
         }
         for what in ("scan", "odom", "drive"):
             told[f"{what} rate [Hz]"] = f"{(self.counts[what] - self._before[what]) / max(elapsed, 1e-3):.1f}"

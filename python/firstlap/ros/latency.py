@@ -20,6 +20,7 @@ from firstlap.car_file import load_car
 from firstlap.drivers.registry import Preparation, driver_kind
 from firstlap.errors import InputError
 from firstlap.race import start_race
+from firstlap.ros.diagnostics import MISSED, missed_between
 from firstlap.ros.domains import own_domain
 from firstlap.setup_file import Setup
 from firstlap.tracks.library import load_track
@@ -39,7 +40,8 @@ BINS = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0, 10.0, 15.0, 20.0, 30.0, 50.0, 10
 @dataclass
 class Latency:
     """scan_to_drive: [ms] one a command. node: what it says of its own work. memory: [MB] of it, once a
-    second. stops: how often it stopped, because the machine starved it or the scans, and was told to go on."""
+    second. stops: how often it stopped, because the machine starved it or the scans, and was told to go on. unsent:
+    scans that were played so late that the node must count them as missed."""
 
     scans: int = 0
     scan_to_drive: list[float] = field(default_factory=list)
@@ -47,6 +49,12 @@ class Latency:
     load: tuple[float, float] = (0.0, 0.0)
     memory: list[float] = field(default_factory=list)
     stops: int = 0
+    unsent: int = 0
+
+    @property
+    def missed(self) -> int:
+        """Scans that were sent and that the node did not hear."""
+        return max(0, int(self.node.get(MISSED, "0")) - self.unsent)
 
     def summary(self) -> dict[str, Any]:
         """For --json; times are None where no scan was answered."""
@@ -58,6 +66,8 @@ class Latency:
             "scans": self.scans,
             "answered": len(self.scan_to_drive),
             "stops": self.stops,
+            "missed": self.missed,
+            "unsent": self.unsent,
             "scan_to_drive_ms": times,
             "node_us": self.node,
             "load": {"before": self.load[0], "after": self.load[1], "cores": os.cpu_count()},
@@ -167,14 +177,14 @@ def _play(played: Any, node: Any, seconds: float, rate: float, look: Callable[[f
 
     def on_diagnostics(message: Any) -> None:
         told = {value.key: value.value for value in message.status[0].values}
-        found.node = {name: value for name, value in told.items() if "[us]" in name or name == "missed scans"}
+        found.node = {name: value for name, value in told.items() if "[us]" in name or name == MISSED}
 
     scan_out = probe.create_publisher(LaserScan, "scan", qos_profile_sensor_data)
     odom_out = probe.create_publisher(Odometry, "odom", qos_profile_sensor_data)
     probe.create_subscription(AckermannDriveStamped, "drive", on_drive, 10)
     probe.create_subscription(DiagnosticArray, "/diagnostics", on_diagnostics, 10)
     resume = probe.create_client(Trigger, "firstlap_drive/resume")
-    total, i, answered_at = int(seconds * rate), 0, None
+    total, i, answered_at, now = int(seconds * rate), 0, None, 0.0
     begin = due = time.perf_counter()
     try:
         while found.scans < total:
@@ -184,7 +194,9 @@ def _play(played: Any, node: Any, seconds: float, rate: float, look: Callable[[f
                 continue
             if node.poll() is not None or (answered_at is None and due - begin > READY):
                 raise InputError("the driving node did not start: try `firstlap drive` by itself")
-            now = probe.get_clock().now().nanoseconds * 1e-9
+            before, now = now, probe.get_clock().now().nanoseconds * 1e-9
+            if answered_at is not None:
+                found.unsent += missed_between(now - before, 1.0 / rate)
             speed, yaw_rate = states[i % len(states)]
             odom_out.publish(make.odometry(now, "odom", "base_link", (0.0, 0.0, 0.0), (speed, 0.0, yaw_rate)))
             message = make.scan(now, "laser", scans[i % len(scans)], header, 1.0 / rate)

@@ -54,11 +54,16 @@ def checked_pace(pace: object, where: str = "--pace") -> float:
 
 
 class Conditions:
-    """Their table, whose defaults are the loaded car's, and their values now."""
+    """Their table, whose defaults are the loaded car's and the pace that was asked for, and their values now."""
 
-    def __init__(self, car: Car) -> None:
+    def __init__(self, car: Car, pace: float = 1.0) -> None:
         self.loaded = car
-        rows = [*_core.WorldOptions.fields(), *_core.RaceOptions.fields(), *_core.Car.fields(), PACE_ROW]
+        rows = [
+            *_core.WorldOptions.fields(),
+            *_core.RaceOptions.fields(),
+            *_core.Car.fields(),
+            {**PACE_ROW, "default": pace},
+        ]
         by_key = {f"{row['section']}.{row['name']}": row for row in rows}
         values = car.core.values()
         self.table = FieldTable(

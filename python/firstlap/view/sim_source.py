@@ -20,7 +20,7 @@ from firstlap.parameters import FieldTable, Value
 from firstlap.race_process import bare, packed
 from firstlap.setup_file import Setup
 from firstlap.tracks.track import Track
-from firstlap.view.conditions import PACE, Conditions, checked_pace
+from firstlap.view.conditions import Conditions, checked_pace
 from firstlap.view.drove import changed_from
 from firstlap.view.frame import DrivenLap, Frame, Pose, Scenery
 from firstlap.view.holding import Holding
@@ -51,8 +51,7 @@ class SimSource(Holding):
         self.title = track.name
         self.track, self.car, self.seed = track, car, seed
         self.scenery = scenery_of(track)
-        self._conditions = Conditions(car)
-        self._conditions.set(PACE, checked_pace(pace))
+        self._conditions = Conditions(car, checked_pace(pace))
         self._world = make_world(track, car, self._conditions, seed)
         self._check(setup)
         super().__init__(setup)

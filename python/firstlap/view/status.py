@@ -46,7 +46,7 @@ def status_of(frame: Frame, setup: str, rate: float) -> str:
     driven = f"{round(frame.speed, 1) + 0.0:.1f}"
     wanted = f"{speed:.1f}" if math.isfinite(speed) else "–"
     driver = [] if setup.startswith("driver ") else [f"driver {html.escape(frame.driver)}"]
-    facts = [*driver, html.escape(setup), f"{rate:.0f} pictures a second"]
+    facts = [*driver, html.escape(setup), f"{rate:.0f} pictures a second" if rate >= 0.5 else "a standing picture"]
     where = [f"{frame.time:.1f} s"]
     where += [f"{frame.way:.1f} m of way"] if frame.way is not None else []
     where += [f"{frame.offset:+.2f} m off the middle"] if frame.offset is not None else []

@@ -114,6 +114,16 @@ def test_latency_is_measured_between_two_processes(lab: Any) -> None:
     assert 0.0 < times["p50"] <= times["p90"] <= times["p99"] <= times["max"]
 
 
+def test_a_scan_that_was_not_sent_was_not_missed() -> None:
+    from firstlap.ros.diagnostics import missed_between
+    from firstlap.ros.latency import Latency
+
+    assert [missed_between(dt, 0.025) for dt in (0.025, 0.037, 0.05, 0.1)] == [0, 0, 1, 3]
+    assert missed_between(0.1, 0.0) == 0
+    assert Latency(node={"missed scans": "3"}, unsent=2).summary()["missed"] == 1
+    assert Latency(node={"missed scans": "0"}, unsent=2).summary()["missed"] == 0
+
+
 def test_times_of_a_node_that_never_answered_are_none() -> None:
     from firstlap.ros.latency import Latency
 
