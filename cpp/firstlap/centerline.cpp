@@ -20,6 +20,7 @@ struct Look {
   double gx = 0.0;  // gradient of (right - left): towards the left wall
   double gy = 0.0;
   double room = 0.0;      // [m] to the nearer of the walls that are seen
+  bool wide = false;      // as of CenterlinePoint
   bool in_sight = false;  // between the lines of sight past two visible ends: nothing stands there
 
   [[nodiscard]] double imbalance() const noexcept { return right - left; }
@@ -124,10 +125,10 @@ bool estimate(SideLook& hidden, const SideLook& seen, double x, double y, double
 Look look_around(const WallsSeen& walls, double x, double y, double width, const TrackWidthParams& params) noexcept {
   SideLook right = look_at(walls.right, x, y);
   SideLook left = look_at(walls.left, x, y);
-  if (right.representative && left.representative && right.distance + left.distance > params.width_max)
-    (right.distance > left.distance ? right : left).representative = false;
-
   Look look;
+  look.wide = right.representative && left.representative && right.distance + left.distance > params.width_max;
+  if (look.wide) (right.distance > left.distance ? right : left).representative = false;
+
   bool use_right = right.representative;
   bool use_left = left.representative;
   if (use_right && use_left) {
@@ -241,7 +242,7 @@ class Tracer {
       else
         width.miss(params_.spacing);
       const double w = pair ? look.right + look.left : width.value();
-      if (!out.push({x, y, w, look.support, look.right_sample, look.left_sample})) return LineEnd::length;
+      if (!out.push({x, y, w, look.support, look.right_sample, look.left_sample, look.wide})) return LineEnd::length;
     }
     return LineEnd::length;
   }

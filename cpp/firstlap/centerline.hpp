@@ -26,6 +26,7 @@ struct CenterlinePoint {
   Support support = Support::none;
   Point2 right;  // nearest sample of each side
   Point2 left;
+  bool wide = false;  // both walls stand here, further apart than the track can be: the nearer one counts
 };
 
 // Why a line ends where it does.

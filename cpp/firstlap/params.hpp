@@ -102,7 +102,7 @@ struct TrackWidthParams {
         Field{"width_gain", &P::width_gain, "", 0.0, 1.0, "share of a scan's median width that goes into the memory"},
         Field{"width_min", &P::width_min, "m", 0.3, 3.0, "narrower pairs are not the track"},
         Field{"width_max", &P::width_max, "m", 1.0, 10.0,
-              "wider pairs are not the track: the nearer side alone counts"},
+              "wider pairs are not the track: the nearer side counts, and where most are, this width"},
         Field{"width_window", &P::width_window, "", 1.0, 25.0, "points in the moving average"},
         Field{"apex_width", &P::apex_width, "", 0.0, 1.0,
               "share by which the track is taken to be wider just past an apex that hides its wall"},

@@ -186,11 +186,19 @@ bool Racer::plan(const VehicleState& state) noexcept {
   return true;
 }
 
-// The first median is taken as it is, later ones bit by bit. True where this scan told the width.
+// The first median is taken as it is, later ones bit by bit. A track that is too wide at most points is as wide
+// as it can be: the line must not leap where it narrows to a width that counts. True where this scan told the width.
 bool Racer::learn_width() noexcept {
   widths_.clear();
-  for (const CenterlinePoint& c : trace_.line.points)
+  std::size_t wide = 0;
+  for (const CenterlinePoint& c : trace_.line.points) {
+    wide += c.wide ? 1 : 0;
     if (c.support == Support::both && c.width >= params_.track_width.width_min) widths_.push(c.width);
+  }
+  if (wide > widths_.size()) {
+    widths_.clear();
+    for (std::size_t i = 0; i < wide; ++i) widths_.push(params_.track_width.width_max);
+  }
   const double gain = memory_.width_known ? params_.track_width.width_gain : 1.0;
   const double before = memory_.width;
   memory_.width = remember_width(before, {widths_.data(), widths_.size()}, gain, params_.track_width);

@@ -46,6 +46,18 @@ TEST(Cases, straight) {
 // near the car may be on the wrong side (method.md section 11: precision 0.95 to 1.0).
 constexpr double past_the_end = 0.02;
 
+// Pairs of more than width_max are none: one wall alone stands for the track, which is remembered as wide as it can be.
+TEST(Cases, wider_than_a_pair_may_be) {
+  const Course course = Course{}.straight(12).turn(6, 0.6).straight(12);
+  const double most = Params{}.track_width.width_max;
+  for (const double wider : {-0.1, 0.1, 0.4}) {
+    Racer racer{Params{}};
+    const Tour tour = carry(racer, course.walls(most + wider), course, 3, 20);
+    expect_good(tour, 0.3, named("width", most + wider), past_the_end);
+    EXPECT_NEAR(racer.trace().width, most, 0.15);
+  }
+}
+
 // Bends ---------------------------------------------------------------------------------------------
 
 TEST(Cases, hairpin_carried_along_the_middle) {
