@@ -170,6 +170,14 @@ def test_tracks_lists_ours(cli):
     assert "arena" in cli("tracks").out
 
 
+def test_tracks_measures_those_that_are_named(cli):
+    rows = cli("tracks", "oval", "random:3", "--json").json["tracks"]
+    assert [row["track"] for row in rows] == ["oval", "random:3"]
+    assert rows[0]["width"]["min"] <= rows[0]["width"]["median"] <= rows[0]["width"]["max"]
+    assert "nowhere" in cli("tracks", "nowhere").err
+    assert cli("tracks", "nowhere").code == 2
+
+
 def test_bench_returns_its_numbers(cli):
     found = cli("bench", "oval", "--setup", "base", "--json").json
     for key in ("step_us", "scan_us", "reference_us"):
