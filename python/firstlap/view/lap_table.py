@@ -65,6 +65,7 @@ def table_of(laps: tuple[DrivenLap, ...], running: float | None) -> str:
 
 
 _RIGHT = "text-align:right;padding:0 .4em"
+_SHORTENED = f"{_RIGHT};max-width:7em;white-space:nowrap;overflow:hidden;text-overflow:ellipsis"
 
 
 def _row(lap: DrivenLap, best: DrivenLap | None) -> str:
@@ -80,4 +81,5 @@ def _row(lap: DrivenLap, best: DrivenLap | None) -> str:
 
 
 def _cells(*texts: str) -> str:
-    return "".join(f'<td style="{_RIGHT}">{html.escape(text)}</td>' for text in texts)
+    styles = [*[_RIGHT] * (len(texts) - 1), _SHORTENED]  # the setup's name may be long
+    return "".join(f'<td style="{style}">{html.escape(text)}</td>' for style, text in zip(styles, texts, strict=True))
