@@ -22,8 +22,9 @@ than any lap and coming nearer than 0.04 m to a wall costs too; 159, 525 and 475
 164 more of eight laps and three seeds. For most tracks driven (`gap`, `disparity`, `pid`): one lap of all of our tracks
 and nine real maps in both directions, where what fails costs most, then coming nearer than 0.08 m, then time; 74, 182
 and 112 trials of TPE, then for `gap` and `pid` 39 steps each of (1+1) evolution. `local_arena` is this project's own
-driver under the first rule, 114 steps of (1+1) evolution from `race` with four laps: like the opponents' it is made for
-that track, in that direction. The searches drove seeds 1 to 3; the races here have others among them.
+driver: `firstlap tune arena --from base --budget 3m` found it, beginning among others from what an earlier search had
+found; like the opponents' it is made for that track, in that direction. The searches of the opponents drove seeds 1 to
+3; the races here have others among them.
 
 ```sh
 for setup in gap disparity pid gap_arena disparity_arena pid_arena sure race local_arena; do

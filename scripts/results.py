@@ -33,7 +33,7 @@ scripts/results.py sure.json base.json race.json random.json \\
 
 ELSEWHERE = """## Maps that nothing here was made on
 
-Every map of a closed track in four public repositories (`HiPeRT/unimore_roboracer`, with the tracks of
+Every closed track in the maps of four public repositories, each once (`HiPeRT/unimore_roboracer`, with the tracks of
 `f1tenth/f1tenth_racetracks` in it, `F1Tenth-INI/f1tenth_development_gym`, `ForzaETH/race_stack`,
 `BDEvan5/f1tenth_benchmarks`) that is not among the nine above. They were first driven when the planner was finished;
 one of its rules, on tracks wider than `width_max`, came of what `vegas` showed. What fails: `JFR_racingv5` and

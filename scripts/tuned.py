@@ -21,8 +21,9 @@ of the choice. `laps`: simulated in the search. `to global`: the tuned lap over 
 which knows the map. On `arena` the search began without `local_arena`, which was found by tuning on it.
 
 ```sh
-scripts/tune_maps.sh MAPS OUT
-scripts/tuned.py OUT/*.json >docs/tuning_results.md
+scripts/tune_maps.sh MAPS OUT --budget 3m
+scripts/everywhere.py all MAP.yaml... --latency fixed:5 --laps 10 --seeds 5 >global.json
+scripts/tuned.py --global global.json OUT/*.json >docs/tuning_results.md
 ```
 
 """
