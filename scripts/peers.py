@@ -1,18 +1,19 @@
 """Print the laps of our drivers beside those of f1tenth_benchmarks, on its tracks, as docs/peers.md.
 
-Usage: scripts/peers.py AUT.yaml MCO.yaml [DRIVER:SETUP...] >docs/peers.md
+Usage: scripts/peers.py AUT.yaml MCO.yaml [--tuned AUT_SETUP.yaml MCO_SETUP.yaml] >docs/peers.md
 
-The car is f1tenth_gym's, the speed limit 8 m/s, plans come at 25 Hz, as there.
+The car is f1tenth_gym's, the speed limit 8 m/s, plans come at 25 Hz, as there. --car prints that car's file instead.
 """
 
-import sys
-from pathlib import Path
+import argparse
+
+import yaml
 
 from firstlap import _core
 from firstlap.car_file import Car
 from firstlap.compare import Entry, parse_entries
 from firstlap.race import race
-from firstlap.setup_file import Setup
+from firstlap.setup_file import Setup, load_setup
 from firstlap.tracks.library import load_track
 from firstlap.tracks.track import Track
 
@@ -27,15 +28,24 @@ PEERS = (
 )
 HEAD = f"""# Beside f1tenth_benchmarks
 
-Printed by `scripts/peers.py AUT.yaml MCO.yaml`: f1tenth_gym's car, at most {SPEED:g} m/s, plans at {RATE:g} Hz,
-{LAPS} laps from standstill, seeds 1 to {SEEDS}; the fastest flying lap of the races that finished, in seconds. The
-lower rows are of BDEvan5/f1tenth_benchmarks (arXiv 2402.18558, 2401.17732), on its own simulator.
+Printed by `scripts/peers.py AUT.yaml MCO.yaml --tuned AUT_SETUP.yaml MCO_SETUP.yaml`: f1tenth_gym's car, at most
+{SPEED:g} m/s, plans at {RATE:g} Hz, {LAPS} laps from standstill, seeds 1 to {SEEDS}; the fastest flying lap of the
+races that finished, in seconds. The lower rows are of BDEvan5/f1tenth_benchmarks (arXiv 2402.18558, 2401.17732), on
+its own simulator.
 
 What differs: ours integrates by Runge-Kutta in 2.5 ms and tests the car's rectangle against the walls exactly, theirs
 by Euler in 10 ms with a test of four corners on the map's pixels; theirs gives the true pose to map-based drivers. Our
-setups are those for the default car (friction 0.75) with the speed limit raised to theirs: nothing was tuned to these
-tracks, nor to the friction of 1.05 of this car; only `global` reads car and friction from the car's own parameters
-(line and control use them), with the map of its own lap and no true pose. Their raceline plans with a friction of 0.9.
+setups are those for the default car (friction 0.75) with the speed limit raised to theirs, tuned neither to these
+tracks nor to the friction of 1.05 of this car; but `global` reads car and friction from the car's own parameters
+(line and control use them), with the map of its own lap and no true pose, and `local`, tuned, has a setup for each of
+the two, found in three minutes and raced here in the same conditions as all others:
+
+```sh
+scripts/peers.py --car >gym25.yaml
+firstlap tune AUT.yaml --car gym25.yaml --budget 3m --no-validate --name aut     # and MCO.yaml, likewise
+```
+
+Their raceline plans with a friction of 0.9.
 
 | driver | needs a map | aut | mco |
 |---|---|---|---|
@@ -58,15 +68,34 @@ def cell(track: Track, setup: Setup, car: Car) -> str:
     return text + (f" ({lost} of {SEEDS} not finished)" if lost else "")
 
 
-def main(arguments: list[str]) -> None:
+def at_limit(setup: Setup, limit: str) -> Setup:
+    """With the peers' speed limit."""
+    return setup.with_values({limit: SPEED})
+
+
+def main() -> None:
     """Print the page."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--car", action="store_true")
+    parser.add_argument("--tuned", nargs=2, metavar="SETUP", help="of local, for each of the maps")
+    parser.add_argument("maps", nargs="*", metavar="MAP")
+    parser.add_argument("--drivers", default=DRIVERS)
+    arguments = parser.parse_args()
     car = gym_at_25_hz()
-    tracks = [load_track(path) for path in arguments[:2]]
-    entries: list[Entry] = parse_entries(",".join(arguments[2:]) or DRIVERS, car)
+    if arguments.car:
+        print(yaml.safe_dump(car.core.values()), end="")
+        return
+    if len(arguments.maps) != 2:
+        parser.error("expected the maps AUT.yaml and MCO.yaml")
+    tracks = [load_track(path) for path in arguments.maps]
+    entries: list[Entry] = parse_entries(arguments.drivers, car)
     print(HEAD, end="")
+    if arguments.tuned:
+        setups = [at_limit(load_setup(path), "v_max") for path in arguments.tuned]
+        cells = [cell(track, setup, car) for track, setup in zip(tracks, setups, strict=True)]
+        print(f"| `local`, tuned | no | {' | '.join(cells)} |", flush=True)
     for entry in entries:
-        limit = "line.speed_max" if entry.needs_map else "v_max"
-        setup = entry.setup.with_values({limit: SPEED})
+        setup = at_limit(entry.setup, "line.speed_max" if entry.needs_map else "v_max")
         cells = [cell(track, setup, car) for track in tracks]
         print(f"| `{entry.label}` | {'yes' if entry.needs_map else 'no'} | {' | '.join(cells)} |", flush=True)
     for row in PEERS:
@@ -74,6 +103,4 @@ def main(arguments: list[str]) -> None:
 
 
 if __name__ == "__main__":
-    if len(sys.argv) < 3 or not all(Path(path).is_file() for path in sys.argv[1:3]):
-        sys.exit("usage: scripts/peers.py AUT.yaml MCO.yaml [DRIVER:SETUP...]")
-    main(sys.argv[1:])
+    main()
