@@ -27,8 +27,8 @@ from firstlap.tracks.library import load_track
 
 SCANS = 600
 """Of a real lap, played again and again."""
-WARM_UP = 40
-"""Scans before it counts."""
+WARM_UP = 80
+"""Scans before it counts: the node, which tells of itself once a second, has told of its first ones."""
 STOPPED = 10
 """Commands to stand in a row after which the node is told to go on."""
 READY = 30.0
@@ -41,7 +41,7 @@ BINS = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0, 10.0, 15.0, 20.0, 30.0, 50.0, 10
 class Latency:
     """scan_to_drive: [ms] one a command. node: what it says of its own work. memory: [MB] of it, once a
     second. stops: how often it stopped, because the machine starved it or the scans, and was told to go on. unsent:
-    scans that were played so late that the node must count them as missed."""
+    scans that were played so late that the node must count them as missed. missed_before: those of the warm-up."""
 
     scans: int = 0
     scan_to_drive: list[float] = field(default_factory=list)
@@ -50,11 +50,17 @@ class Latency:
     memory: list[float] = field(default_factory=list)
     stops: int = 0
     unsent: int = 0
+    missed_before: int = 0
 
     @property
     def missed(self) -> int:
         """Scans that were sent and that the node did not hear."""
-        return max(0, int(self.node.get(MISSED, "0")) - self.unsent)
+        return max(0, self.missed_in_all - self.missed_before - self.unsent)
+
+    @property
+    def missed_in_all(self) -> int:
+        """As the node counts them, since it started."""
+        return int(self.node.get(MISSED, "0"))
 
     def summary(self) -> dict[str, Any]:
         """For --json; times are None where no scan was answered."""
@@ -154,7 +160,7 @@ def _play(played: Any, node: Any, seconds: float, rate: float, look: Callable[[f
     scans, states, header = played
     found = Latency(load=(os.getloadavg()[0], 0.0))
     sent: dict[int, float] = {}
-    counting, stopped = False, 0
+    counting, playing, stopped = False, True, 0
     context = rclpy.Context()
     rclpy.init(context=context)
     probe = rclpy.create_node("firstlap_latency", context=context)
@@ -171,7 +177,7 @@ def _play(played: Any, node: Any, seconds: float, rate: float, look: Callable[[f
             found.scan_to_drive.append(1e3 * (time.perf_counter() - began))
         stopped = stopped + 1 if began is None else 0  # the watchdog's stops answer no scan
         if stopped == STOPPED:
-            found.stops += counting
+            found.stops += counting and playing
             resume.call_async(Trigger.Request())
             stopped = 0
 
@@ -195,7 +201,7 @@ def _play(played: Any, node: Any, seconds: float, rate: float, look: Callable[[f
             if node.poll() is not None or (answered_at is None and due - begin > READY):
                 raise InputError("the driving node did not start: try `firstlap drive` by itself")
             before, now = now, probe.get_clock().now().nanoseconds * 1e-9
-            if answered_at is not None:
+            if counting:
                 found.unsent += missed_between(now - before, 1.0 / rate)
             speed, yaw_rate = states[i % len(states)]
             odom_out.publish(make.odometry(now, "odom", "base_link", (0.0, 0.0, 0.0), (speed, 0.0, yaw_rate)))
@@ -206,7 +212,8 @@ def _play(played: Any, node: Any, seconds: float, rate: float, look: Callable[[f
             due = max(due + 1.0 / rate, time.perf_counter())
             if answered_at is None and len(sent) < i:
                 answered_at = i
-            counting = answered_at is not None and i > answered_at + WARM_UP
+            if not counting and answered_at is not None and i > answered_at + WARM_UP:
+                counting, found.missed_before = True, found.missed_in_all
             if counting:
                 found.scans += 1
                 if found.scans % round(max(rate, 1.0)) == 1:
@@ -215,6 +222,7 @@ def _play(played: Any, node: Any, seconds: float, rate: float, look: Callable[[f
                     look(found.scans / total)
             if len(sent) > SCANS:
                 sent.pop(next(iter(sent)))
+        playing = False
         end = time.perf_counter() + 1.0
         while sent and time.perf_counter() < end:
             executor.spin_once(timeout_sec=0.05)

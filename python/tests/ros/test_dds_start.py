@@ -121,6 +121,7 @@ def test_a_scan_that_was_not_sent_was_not_missed() -> None:
     assert [missed_between(dt, 0.025) for dt in (0.025, 0.037, 0.05, 0.1)] == [0, 0, 1, 3]
     assert missed_between(0.1, 0.0) == 0
     assert Latency(node={"missed scans": "3"}, unsent=2).summary()["missed"] == 1
+    assert Latency(node={"missed scans": "3"}, unsent=1, missed_before=1).summary()["missed"] == 1
     assert Latency(node={"missed scans": "0"}, unsent=2).summary()["missed"] == 0
 
 
