@@ -19,6 +19,9 @@ from firstlap.tracks.track import Track
 
 DRIVERS = "local:sure,local:race,gap,gap:gap_arena,disparity,disparity:disparity_arena,pid,global"
 LAPS, SEEDS, SPEED, RATE = 3, 3, 8.0, 25.0
+FRICTION = 0.9
+"""That the peers' raceline is planned with."""
+GRAVITY = 9.81
 PEERS = (
     ("Follow the gap", "no", "19.16 (1 of 3 crashed)", "35.04"),
     ("LocalMapPP (local map, constant width 1.8 m)", "no", "18.94", "33.80"),
@@ -45,7 +48,8 @@ scripts/peers.py --car >gym25.yaml
 firstlap tune AUT.yaml --car gym25.yaml --budget 3m --no-validate --name aut     # and MCO.yaml, likewise
 ```
 
-Their raceline plans with a friction of 0.9.
+Their raceline plans with a friction of {FRICTION:g}, and so does `local`, tuned, here: this car's tyres are linear,
+which a search finds out, and would carry it round faster than any real ones.
 
 | driver | needs a map | aut | mco |
 |---|---|---|---|
@@ -91,7 +95,8 @@ def main() -> None:
     entries: list[Entry] = parse_entries(arguments.drivers, car)
     print(HEAD, end="")
     if arguments.tuned:
-        setups = [at_limit(load_setup(path), "v_max") for path in arguments.tuned]
+        grip = {"a_y_max": FRICTION * GRAVITY}
+        setups = [at_limit(load_setup(path), "v_max").with_values(grip) for path in arguments.tuned]
         cells = [cell(track, setup, car) for track, setup in zip(tracks, setups, strict=True)]
         print(f"| `local`, tuned | no | {' | '.join(cells)} |", flush=True)
     for entry in entries:
