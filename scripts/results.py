@@ -153,12 +153,12 @@ def load(file: str) -> dict[str, Any]:
     return survey
 
 
-def main() -> None:
+def main(given: list[str] | None = None) -> None:
     """Print the page."""
     parser = argparse.ArgumentParser()
     parser.add_argument("surveys", nargs="+")
     parser.add_argument("--elsewhere")
-    arguments = parser.parse_args()
+    arguments = parser.parse_args(given)
     surveys = [load(file) for file in arguments.surveys]
     plain = [survey for survey in surveys if not conditions(survey)]
     changed = under_conditions([survey for survey in surveys if conditions(survey)])
