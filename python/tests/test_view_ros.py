@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import struct
+import time
 from array import array
 from dataclasses import replace
 from types import SimpleNamespace
@@ -21,7 +22,7 @@ from firstlap.ros.map_walls import walls_of
 from firstlap.ros.trace_message import HEAD, MAX_BYTES, Told, decode, encode
 from firstlap.setup_file import choose_setup
 from firstlap.view.places import Places, clearance, points_of
-from firstlap.view.ros_source import MAP_TOPIC, MAP_TRIES, RosSource
+from firstlap.view.ros_source import MAP_TOPIC, RosSource
 
 TOLD = Told("7-1", "local", 12.5, 3.0, 0.1, -0.2, 45.0, True, "")
 
@@ -206,14 +207,15 @@ def test_a_map_that_cannot_be_is_refused() -> None:
         walls_of(wrong)
 
 
-def test_a_map_that_is_published_and_does_not_come_is_asked_for_again_some_times(
+def test_a_map_that_is_published_and_does_not_come_is_asked_for_again_ever_more_rarely(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     source = RosSource()
     monkeypatch.setattr(source._link, "published", lambda topic: topic == MAP_TOPIC)
     assert source._lacks_map()
-    source._map_tries = MAP_TRIES
-    assert not source._lacks_map()
+    for tries, silent, again in ((1, 1.0, False), (1, 3.0, True), (3, 3.0, False), (3, 9.0, True), (99, 17.0, True)):
+        source._map_tries, source._map_asked = tries, time.monotonic() - silent
+        assert source._lacks_map() == again
     source._walls = (np.zeros((2, 2)),)
     assert not source._lacks_map()
     source._walls = ()

@@ -36,9 +36,8 @@ LOOK = 0.1
 """[s] between two looks at whether everybody is still there."""
 FIRST = 5.0
 """[s]"""
-MAP_LASTS = 2.0
-"""[s] that `start`, and then each try, waits for what somebody publishes of the map."""
-MAP_TRIES = 5
+MAP_LASTS, MAP_LONGEST = 2.0, 16.0
+"""[s] that `start`, and the first try, waits for what somebody publishes of the map; each further one twice as long."""
 UNKNOWN = "sure"
 """The setup that is shown as long as no driving node has said its own."""
 
@@ -171,8 +170,8 @@ class RosSource(Holding):
         lost = self._link.published(TRUTH_TOPIC) and not self._places.in_map
         if not (deaf or lost):
             self._map_tries = 0
-        due = time.monotonic() - self._map_asked > MAP_LASTS
-        return (deaf or lost) and due and self._map_tries < MAP_TRIES
+        patience = min(MAP_LASTS * 2.0 ** max(self._map_tries - 1, 0), MAP_LONGEST)
+        return (deaf or lost) and time.monotonic() - self._map_asked > patience
 
     def _listen(self, scan: str, odom: str) -> None:
         """To the sensors, wherever they are now."""

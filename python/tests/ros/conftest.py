@@ -161,16 +161,15 @@ class Lab:
 def _lab(folder: Path) -> Iterator[Lab]:
     if REASON:
         pytest.skip(REASON)
-    before = os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE")
-    os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
-    with own_domain() as domain:
+    with pytest.MonkeyPatch.context() as patch, own_domain() as domain:
+        patch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+        # What processes that were killed leave in shared memory may swallow messages to those that come after them.
+        patch.setenv("FASTDDS_BUILTIN_TRANSPORTS", "UDPv4")
         lab = Lab(folder, domain)
         try:
             yield lab
         finally:
             lab.close()
-            if before is None:
-                os.environ.pop("ROS_AUTOMATIC_DISCOVERY_RANGE")
 
 
 @pytest.fixture

@@ -48,7 +48,9 @@ class Running:
     def __init__(self, folder: Path, domain: int, *arguments: str) -> None:
         self.log = folder / f"{arguments[0]}-{len(list(folder.iterdir()))}.log"
         self.log.touch()
-        environment = {name: value for name, value in os.environ.items() if name.startswith(("ROS_", "RMW_"))}
+        environment = {
+            name: value for name, value in os.environ.items() if name.startswith(("ROS_", "RMW_", "FASTDDS_"))
+        }
         environment |= {"ROS_DOMAIN_ID": str(domain), "RCUTILS_COLORIZED_OUTPUT": "0", "COLUMNS": "200"}
         self.process: Any = FORKS.Process(
             target=_command, args=(arguments, str(self.log), str(folder), environment), daemon=True
