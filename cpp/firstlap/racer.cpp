@@ -195,10 +195,7 @@ bool Racer::learn_width() noexcept {
     wide += c.wide ? 1 : 0;
     if (c.support == Support::both && c.width >= params_.track_width.width_min) widths_.push(c.width);
   }
-  if (wide > widths_.size()) {
-    widths_.clear();
-    for (std::size_t i = 0; i < wide; ++i) widths_.push(params_.track_width.width_max);
-  }
+  if (wide > widths_.size()) widths_.fill(wide, params_.track_width.width_max);
   const double gain = memory_.width_known ? params_.track_width.width_gain : 1.0;
   const double before = memory_.width;
   memory_.width = remember_width(before, {widths_.data(), widths_.size()}, gain, params_.track_width);

@@ -26,7 +26,9 @@ def latency(
     setup: SetupOption = None,
     changes: SetOption = None,
     seconds: Annotated[float, typer.Option("--seconds", min=1.0, max=3600.0, help="How long to measure.")] = 20.0,
-    rate: Annotated[float, typer.Option("--rate", min=1.0, max=200.0, help="Scans per second.")] = 40.0,
+    rate: Annotated[
+        float, typer.Option("--rate", min=12.0, max=200.0, help="Scans a second; with fewer the node stops.")
+    ] = 40.0,
     as_json: JsonOption = False,
 ) -> int:
     """Measure from scan to drive through DDS, with a driving node in a process of its own."""

@@ -27,8 +27,8 @@ from firstlap.tracks.library import load_track
 
 SCANS = 600
 """Of a real lap, played again and again."""
-WARM_UP = 80
-"""Scans before it counts: the node, which tells of itself once a second, has told of its first ones."""
+WARM_UP = 2.0
+"""[s] before it counts: the node, which tells of itself once a second, has told of its first scans."""
 STOPPED = 10
 """Commands to stand in a row after which the node is told to go on."""
 READY = 30.0
@@ -212,7 +212,7 @@ def _play(played: Any, node: Any, seconds: float, rate: float, look: Callable[[f
             due = max(due + 1.0 / rate, time.perf_counter())
             if answered_at is None and len(sent) < i:
                 answered_at = i
-            if not counting and answered_at is not None and i > answered_at + WARM_UP:
+            if not counting and answered_at is not None and i > answered_at + WARM_UP * rate:
                 counting, found.missed_before = True, found.missed_in_all
             if counting:
                 found.scans += 1
