@@ -162,9 +162,8 @@ def _lab(folder: Path) -> Iterator[Lab]:
     if REASON:
         pytest.skip(REASON)
     with pytest.MonkeyPatch.context() as patch, own_domain() as domain:
-        patch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-        # What processes that were killed leave in shared memory may swallow messages to those that come after them.
-        patch.setenv("FASTDDS_BUILTIN_TRANSPORTS", "UDPv4")
+        patch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "SYSTEM_DEFAULT")  # as the profile has it
+        patch.setenv("FASTDDS_DEFAULT_PROFILES_FILE", str(Path(__file__).with_name("loopback.xml")))
         lab = Lab(folder, domain)
         try:
             yield lab
