@@ -107,9 +107,9 @@ class Lab:
                 self.probe.trigger(f"{space}/firstlap_drive/resume")
         self.probe.spin(0.05)
 
-    def driven(self, condition: Callable[[], Any], what: str) -> Any:
-        """Waits as `until` for a car that is kept driving."""
-        return self.until(lambda: (self.goes_on(), condition())[1], what)
+    def driven(self, condition: Callable[[], Any], what: str, *spaces: str, seconds: float = PATIENCE) -> Any:
+        """Waits as `until` for cars that are kept driving."""
+        return self.until(lambda: (self.goes_on(*spaces), condition())[1], what, seconds)
 
     def silent(self, drive: str = "/drive") -> bool:
         """Whether no command has come for a while."""

@@ -147,8 +147,13 @@ def test_two_cars_in_their_namespaces_see_each_other_and_lap(lab: Any) -> None:
         lab.start("drive", "--namespace", car, "--ros-args", "-p", f"speed_limit:={limit}")
     source = RosSource(["--ros-args", "-r", "__ns:=/car2", "-p", "base_frame:=car2/base_link"], domain=lab.domain)
     source.start()
+
+    def planned() -> bool:
+        frame = source.latest()
+        return bool(frame and frame.pose and "path" in frame.trace)
+
     try:
-        lab.until(lambda: (frame := source.latest()) and frame.pose and "path" in frame.trace, "car2 is watched")
+        lab.driven(planned, "car2 is watched", "/car1", "/car2")
         frame, place = source.latest(), truth[-1].pose.pose.position
         assert source.title == "/car2/firstlap_drive over ROS 2"
         assert frame is not None
@@ -158,10 +163,9 @@ def test_two_cars_in_their_namespaces_see_each_other_and_lap(lab: Any) -> None:
         source.close()
 
     def lapped() -> bool:
-        lab.goes_on("/car1", "/car2")
         return all(laps_in(lab.sim.said, car) for car in ("car1", "car2"))
 
-    lab.until(lapped, "a lap of each", 150.0)
+    lab.driven(lapped, "a lap of each", "/car1", "/car2", seconds=150.0)
     assert "contact" not in lab.sim.said
 
 
