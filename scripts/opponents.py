@@ -13,21 +13,22 @@ HEAD = """# The opponents, tuned
 
 Printed by `scripts/opponents.py` from `firstlap survey --json`: default car (friction 0.75), noise on, both
 directions, without latency. A run is so many laps from a standing start; contact ends it. Laps are flying laps in
-seconds, over both directions. `sure`, `race` and `local_arena` are this project's
-own driver, `local`; the driver with a map, `global`, stands in [global_results.md](global_results.md).
+seconds, over both directions. `sure`, `brisk`, `race` and `local_arena` are this
+project's own driver, `local`; the driver with a map, `global`, stands in [global_results.md](global_results.md).
 
 Every opponent was tuned twice. For the shortest lap of `arena` (`gap_arena`, `disparity_arena`, `pid_arena`): Optuna's
 TPE, multivariate, from the defaults of the field table; the mean flying lap of two seeds, where a contact costs more
 than any lap and coming nearer than 0.04 m to a wall costs too; 159, 525 and 475 trials of three laps, and for `pid`
 164 more of eight laps and three seeds. For most tracks driven (`gap`, `disparity`, `pid`): one lap of all of our tracks
 and nine real maps in both directions, where what fails costs most, then coming nearer than 0.08 m, then time; 74, 182
-and 112 trials of TPE, then for `gap` and `pid` 39 steps each of (1+1) evolution. `local_arena` is this project's own
+and 112 trials of TPE, then for `gap` and `pid` 39 steps each of (1+1) evolution. `brisk` was found likewise, see the
+head of `setups/brisk.yaml`. `local_arena` is this project's own
 driver: `firstlap tune arena --from base --budget 3m` found it, beginning among others from what an earlier search had
 found; like the opponents' it is made for that track, in that direction. The searches of the opponents drove seeds 1 to
 3; the races here have others among them.
 
 ```sh
-for setup in gap disparity pid gap_arena disparity_arena pid_arena sure race local_arena; do
+for setup in gap disparity pid gap_arena disparity_arena pid_arena sure brisk race local_arena; do
   firstlap survey arena --setup $setup --laps 10 --seeds 5 --both --json >arena_$setup.json
   firstlap survey all MAP.yaml... --setup $setup --laps 2 --seeds 2 --both --json >all_$setup.json
 done

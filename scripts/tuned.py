@@ -18,7 +18,8 @@ race differs in seed, grip, delays, mass, servo and start as of the field table 
 [parameters.md](parameters.md#tuning). Laps are mean flying laps in seconds on unseen seeds, which neither the search
 nor the choice had raced; `from` is the setup that the search was to beat, on the same seeds. `chosen on`: seeds x laps
 of the choice. `laps`: simulated in the search. `to global`: the tuned lap over the median lap of the driver `global`,
-which knows the map. On `arena` the search began without `local_arena`, which was found by tuning on it.
+which knows the map. On `arena` the search began without `local_arena`, which was found by tuning on it;
+nowhere did it begin with `brisk`, which is younger than these searches.
 
 ```sh
 scripts/tune_maps.sh MAPS OUT --budget 3m

@@ -165,6 +165,28 @@ struct TrajectoryParams {
   }
 };
 
+// Beyond the paper, whose path has no passes of these.
+struct LeastCurvatureParams {
+  int bend_passes = 0;
+  double bend_spacing = 1.0;
+  double bend_lead = 0.33;
+  double bend_sight = 4.0;
+  double bend_radius = 1.2;
+
+  static constexpr auto fields() {
+    using P = LeastCurvatureParams;
+    return std::tuple{
+        Field{"bend_passes", &P::bend_passes, "", 0.0, 200.0,
+              "the path bends as little as the walls allow: relaxation passes (0: it is the smoothed centerline)"},
+        Field{"bend_spacing", &P::bend_spacing, "m", 0.2, 3.0, "between the keys that are moved"},
+        Field{"bend_lead", &P::bend_lead, "m", 0.0, 3.0,
+              "so far from base_link the path follows the arc that is driven"},
+        Field{"bend_sight", &P::bend_sight, "m", 0.1, 20.0, "over the last of the line the path comes back to it"},
+        Field{"bend_radius", &P::bend_radius, "m", 0.0, 10.0, "no cutting where the line soon bends tighter than this"},
+    };
+  }
+};
+
 struct VelocityProfileParams {
   double v_min = 2.0;
   double v_max = 4.0;
@@ -249,6 +271,7 @@ struct Params {
   TrackWidthParams track_width{};
   CenterlineParams centerline{};
   TrajectoryParams trajectory{};
+  LeastCurvatureParams least_curvature{};
   VelocityProfileParams velocity_profile{};
   StanleyParams stanley{};
 };
@@ -263,6 +286,7 @@ void for_each_section(AnyParams& params, Visitor&& visit) {
   visit("track_width", params.track_width);
   visit("centerline", params.centerline);
   visit("trajectory", params.trajectory);
+  visit("least_curvature", params.least_curvature);
   visit("velocity_profile", params.velocity_profile);
   visit("stanley", params.stanley);
 }

@@ -24,6 +24,13 @@ bool leads_back(const Centerline& line) noexcept {
   return dx < clearly * norm(dx, dy);
 }
 
+// [1/m] of the arc that the car drives; standing, it has none.
+double curvature_driven(const VehicleState& state) noexcept {
+  constexpr double slowest = 0.5;  // [m/s]
+  constexpr double tightest = 1.5;
+  return std::clamp(state.yaw_rate / std::max(state.speed, slowest), -tightest, tightest);
+}
+
 // Smallest distance of (x, y) to either wall.
 double wall_distance(const WallsSeen& walls, double x, double y) noexcept {
   const double left = nearest_sample(walls.left, x, y).distance;
@@ -34,7 +41,7 @@ double wall_distance(const WallsSeen& walls, double x, double y) noexcept {
 }  // namespace
 
 Racer::Racer(const Params& params)
-    : params_(params), ranges_(max_points), spline_(max_line_points), widths_(max_line_points) {
+    : params_(params), ranges_(max_points), spline_(max_line_points), widths_(max_line_points), keys_(max_keys) {
   validate(params);
   reset();
 }
@@ -169,7 +176,10 @@ bool Racer::plan(const VehicleState& state) noexcept {
   if (trace_.line.points.size() < fewest || trace_.line.ahead < 0.3) return false;
   const TrajectoryParams& p = params_.trajectory;
   smooth_between_walls(trace_.line.points, params_.car, p, trace_.smoothed);
-  if (p.join_distance > 0.0) join_car(std::max(p.join_distance, p.join_time * state.speed), trace_.smoothed);
+  if (!bend_least(trace_.line.points, curvature_driven(state), p.smoothing_margin, params_.car, params_.least_curvature,
+                  keys_, trace_.smoothed) &&
+      p.join_distance > 0.0)
+    join_car(std::max(p.join_distance, p.join_time * state.speed), trace_.smoothed);
   simplify_opheim(trace_.smoothed, p.opheim_min, p.opheim_max, trace_.simplified);
   sample_path(trace_.simplified, p.sample, p.end_hold, spline_, trace_.path);
   if (trace_.path.size() < fewest) return false;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "firstlap/driver.hpp"
+#include "firstlap/least_curvature.hpp"
 #include "firstlap/params.hpp"
 #include "firstlap/trace.hpp"
 
@@ -63,6 +64,7 @@ class Racer final : public Driver {
   Centerline other_line_;
   Spline spline_;
   Buffer<double> widths_;
+  Buffer<PathKey> keys_;
   bool full_brake_ = false;  // planned braking would not stop the car before it
   bool blocked_ = false;     // something stands on the path just ahead
 };

@@ -49,15 +49,6 @@ Foot foot_of_car(const Buffer<Point2>& points) noexcept {
   return best;
 }
 
-// Distance from a point of the line to the nearest thing beside it: half the width, and where that is estimated
-// no more than to what was seen.
-double room_at(const CenterlinePoint& c) noexcept {
-  if (c.support == Support::both) return 0.5 * c.width;
-  const double right = norm(c.x - c.right.x, c.y - c.right.y);
-  const double left = norm(c.x - c.left.x, c.y - c.left.y);
-  return std::min({0.5 * c.width, right, left});
-}
-
 // Brings each point back to where it keeps `clearance` from the walls, as far as the line itself does.
 void keep_between_walls(const Buffer<CenterlinePoint>& line, double clearance, Buffer<Point2>& points) noexcept {
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -71,6 +62,13 @@ void keep_between_walls(const Buffer<CenterlinePoint>& line, double clearance, B
 }
 
 }  // namespace
+
+double room_at(const CenterlinePoint& point) noexcept {
+  if (point.support == Support::both) return 0.5 * point.width;
+  const double right = norm(point.x - point.right.x, point.y - point.right.y);
+  const double left = norm(point.x - point.left.x, point.y - point.left.y);
+  return std::min({0.5 * point.width, right, left});
+}
 
 void smooth(double lambda, int iterations, Buffer<Point2>& points) noexcept {
   for (int k = 0; k < iterations; ++k) {

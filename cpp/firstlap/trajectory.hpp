@@ -23,6 +23,10 @@ void smooth(double lambda, int iterations, Buffer<Point2>& points) noexcept;
 void smooth_between_walls(const Buffer<CenterlinePoint>& line, const CarGeometry& car, const TrajectoryParams& params,
                           Buffer<Point2>& points) noexcept;
 
+// Distance from a point of the line to the nearest thing beside it: half the width, and where that is estimated
+// no more than to what was seen.
+double room_at(const CenterlinePoint& point) noexcept;
+
 // Bends the line's beginning so that it leaves base_link along the car's heading and is back on the line
 // `distance` [m] later, by a quintic in the lateral offset.
 void join_car(double distance, Buffer<Point2>& points) noexcept;

@@ -48,6 +48,17 @@ def test_race_beats_base_on_arena(arena):
     assert fast.best < 0.8 * base.best
 
 
+@pytest.mark.parametrize("track", ["arena", "hairpins", "slalom"])
+@pytest.mark.parametrize("reverse", [False, True])
+def test_brisk_is_faster_than_sure_and_keeps_off_the_walls(track: str, reverse: bool):
+    sure, brisk = (
+        firstlap.race(firstlap.load_track(track), name, laps=2, reverse=reverse) for name in ("sure", "brisk")
+    )
+    assert sure.finished and brisk.finished
+    assert brisk.best < 0.9 * sure.best
+    assert min(lap.min_clearance for lap in brisk.laps) > 0.15
+
+
 def test_a_contact_ends_the_race_on_a_wall(arena):
     setup = firstlap.load_setup("race").with_values({"v_min": 8.0, "a_y_max": 15.0})
     result = firstlap.race(arena, setup)

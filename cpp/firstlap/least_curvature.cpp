@@ -1,0 +1,152 @@
+#include "firstlap/least_curvature.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "firstlap/geometry.hpp"
+#include "firstlap/trajectory.hpp"
+
+namespace firstlap {
+namespace {
+
+constexpr std::size_t apart = 3;   // points between which the line's curvature is measured
+constexpr std::size_t before = 7;  // points of the line, 1 m: a tight bend that was passed still counts
+constexpr std::size_t ahead = 20;  // 3 m: and one that comes
+constexpr std::size_t fewest = 4;  // keys, two of which are the car's own
+constexpr double overshoot = 1.6;  // of a relaxation step: settles in a third of the passes
+constexpr double straight = 1e-3;  // [1/m]
+
+double distance(const Point2& a, const Point2& b) noexcept { return norm(a.x - b.x, a.y - b.y); }
+
+// Unit, to the left.
+Point2 normal_at(const Buffer<Point2>& points, std::size_t i) noexcept {
+  const Point2& a = points[i > 0 ? i - 1 : 0];
+  const Point2& b = points[std::min(i + 1, points.size() - 1)];
+  const double length = std::max(distance(a, b), 1e-9);
+  return {(a.y - b.y) / length, (b.x - a.x) / length};
+}
+
+// Of the circle through three points; positive to the left.
+double curvature_at(const Buffer<Point2>& points, std::size_t i) noexcept {
+  const Point2& a = points[i > apart ? i - apart : 0];
+  const Point2& b = points[i];
+  const Point2& c = points[std::min(i + apart, points.size() - 1)];
+  const double cross = (b.x - a.x) * (c.y - b.y) - (b.y - a.y) * (c.x - b.x);
+  return 2.0 * cross / std::max(distance(a, b) * distance(b, c) * distance(a, c), 1e-9);
+}
+
+std::size_t nearest_to_base_link(const Buffer<Point2>& points) noexcept {
+  std::size_t best = 0;
+  for (std::size_t i = 1; i < points.size(); ++i)
+    if (norm(points[i].x, points[i].y) < norm(points[best].x, points[best].y)) best = i;
+  return best;
+}
+
+void place(PathKey& key) noexcept {
+  key.at = {key.on_line.x + key.offset * key.normal.x, key.on_line.y + key.offset * key.normal.y};
+}
+
+// The offsets that the walls leave between the middles to the keys before and after.
+void keep_between_walls(const Buffer<CenterlinePoint>& line, const Buffer<Point2>& points, std::size_t i, double reach,
+                        double clearance, PathKey& key) noexcept {
+  key.low = -1e9;
+  key.high = 1e9;
+  const auto narrow = [&](std::size_t j) {
+    const Point2 normal = normal_at(points, j);
+    const double beside = normal.x * (points[j].x - line[j].x) + normal.y * (points[j].y - line[j].y);
+    const double room = std::max(0.0, room_at(line[j]) - clearance);
+    key.low = std::max(key.low, -room - beside);
+    key.high = std::min(key.high, room - beside);
+  };
+  narrow(i);
+  for (std::size_t j = i; j > 0 && distance(points[j - 1], points[i]) <= reach; --j) narrow(j - 1);
+  for (std::size_t j = i + 1; j < points.size() && distance(points[j], points[i]) <= reach; ++j) narrow(j);
+  key.low = std::min(key.low, 0.0);
+  key.high = std::max(key.high, 0.0);
+}
+
+// Where the line soon bends nearly as tightly as the car can turn, no further to the inside than the line itself.
+void keep_out_of_tight_bends(const Buffer<Point2>& points, std::size_t i, double radius, PathKey& key) noexcept {
+  double to_left = straight;
+  double to_right = straight;
+  for (std::size_t j = i > before ? i - before : 0; j < std::min(i + ahead, points.size()); ++j) {
+    const double curvature = curvature_at(points, j);
+    to_left = std::max(to_left, curvature);
+    to_right = std::max(to_right, -curvature);
+  }
+  if (to_left * radius > 1.0) key.high = 0.0;
+  if (to_right * radius > 1.0) key.low = 0.0;
+}
+
+}  // namespace
+
+void relax(int passes, Buffer<PathKey>& keys) noexcept {
+  const std::size_t n = keys.size();
+  for (int pass = 0; pass < passes; ++pass) {
+    for (std::size_t i = 1; i < n; ++i) keys[i].step = std::max(distance(keys[i - 1].at, keys[i].at), 1e-3);
+    for (std::size_t i = 2; i < n; ++i) {
+      Point2 pull{};
+      double stiffness = 0.0;
+      // The path's turn at a key over the way that it takes; `lever` is what a move of key i changes the turn by.
+      const auto add = [&](std::size_t middle, double lever) {
+        const PathKey& a = keys[middle - 1];
+        const PathKey& b = keys[middle];
+        const PathKey& c = keys[middle + 1];
+        const double weight = 2.0 / (b.step + c.step);
+        const Point2 turn{(c.at.x - b.at.x) / c.step - (b.at.x - a.at.x) / b.step,
+                          (c.at.y - b.at.y) / c.step - (b.at.y - a.at.y) / b.step};
+        pull = {pull.x + weight * lever * turn.x, pull.y + weight * lever * turn.y};
+        stiffness += weight * lever * lever;
+      };
+      PathKey& key = keys[i];
+      add(i - 1, 1.0 / key.step);
+      if (i + 1 < n) add(i, -1.0 / key.step - 1.0 / keys[i + 1].step);
+      if (i + 2 < n) add(i + 1, 1.0 / keys[i + 1].step);
+      const double move = (pull.x * key.normal.x + pull.y * key.normal.y) / stiffness;
+      key.offset = std::clamp(key.offset - overshoot * move, key.low, key.high);
+      place(key);
+    }
+  }
+}
+
+bool bend_least(const Buffer<CenterlinePoint>& line, double curvature, double margin, const CarGeometry& car,
+                const LeastCurvatureParams& params, Buffer<PathKey>& keys, Buffer<Point2>& points) noexcept {
+  keys.clear();
+  if (params.bend_passes == 0 || points.size() < fewest || points.size() != line.size()) return false;
+  const auto on_arc = [&](double way) {
+    PathKey key;
+    key.at = {way, 0.5 * curvature * way * way};
+    return key;
+  };
+  keys.push(on_arc(params.bend_lead - params.bend_spacing));
+  keys.push(on_arc(params.bend_lead));
+  const std::size_t foot = nearest_to_base_link(points);
+  double left = 0.0;  // [m] of line
+  for (std::size_t i = foot + 1; i < points.size(); ++i) left += distance(points[i], points[i - 1]);
+  double along = -params.bend_lead;  // [m] since the last key
+  for (std::size_t i = foot + 1; i < points.size(); ++i) {
+    const double piece = distance(points[i], points[i - 1]);
+    along += piece;
+    left -= piece;
+    if (along < params.bend_spacing) continue;
+    along -= params.bend_spacing;
+    PathKey key;
+    key.on_line = points[i];
+    key.normal = normal_at(points, i);
+    keep_between_walls(line, points, i, 0.5 * params.bend_spacing, 0.5 * car.width + margin, key);
+    keep_out_of_tight_bends(points, i, params.bend_radius, key);
+    // What comes after the line's end may be anything: towards it the path keeps to the line.
+    const double share = std::min(1.0, left / params.bend_sight);
+    key.low *= share;
+    key.high *= share;
+    place(key);
+    if (!keys.push(key)) break;
+  }
+  if (keys.size() < fewest) return false;
+  relax(params.bend_passes, keys);
+  points.clear();
+  for (const PathKey& key : keys) points.push(key.at);
+  return true;
+}
+
+}  // namespace firstlap
