@@ -44,7 +44,8 @@ one of its rules, on tracks wider than `width_max`, came of what `vegas` showed.
 `datacenter` bend more sharply than the car turns, in lanes of less than a metre; in `RCA1` a pocket beside the way on
 looks like it, and a car without a reverse gear does not come out again; `london3` has a fork, and the planner takes the
 other way; `IPZ20` and `ini10` are rooms with obstacles. The path of `brisk` swings out before tight bends and drives
-the first two; it reads scans as `sure` does.
+the first two; it reads scans as `sure` does. Its distance to the walls was chosen with these maps in sight: 0.2 m lost
+`mille_conf3`, `mille_conf4` and `hangar_ini`, 0.3 m none of them.
 
 """
 
@@ -143,9 +144,9 @@ def elsewhere(surveys: list[dict[str, Any]]) -> str:
     if not surveys:
         return ""
     first, *others = surveys
-    text = f"{ELSEWHERE}{total(first)}.\n"
+    text = f"{ELSEWHERE}- {total(first)}.\n"
     for survey in others:
-        text += f"{total(survey)}{lost(survey)}. Its laps are {against(survey, first):.3f} of those of "
+        text += f"- {total(survey)}{lost(survey)}.\n  Its laps are {against(survey, first):.3f} of those of "
         text += f"`{first['setup']}`, by the median over the maps on which both finish every run.\n"
     text += f"\nThe rows are of `{first['setup']}`.\n\n" if others else "\n"
     text += "| map | length | finished | median | smallest clearance | first failure |\n|---|---|---|---|---|---|\n"
