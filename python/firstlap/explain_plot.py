@@ -215,6 +215,7 @@ def _draw_legend(axes: Axes, moment: Moment) -> None:
     def stroke(colour: str, label: str, **options: Any) -> Line2D:
         return Line2D([], [], color=colour, label=label, **options)
 
+    bent = moment.params["least_curvature"]["bend_passes"] > 0
     entries = [
         dot(LEFT, "left wall"),
         dot(RIGHT, "right wall"),
@@ -222,7 +223,12 @@ def _draw_legend(axes: Axes, moment: Moment) -> None:
         dot(INK, "remembered", markerfacecolor="none", markersize=5),
         stroke(PAIR, "width pairs", linewidth=0.9),
         stroke(LINE, "centerline", linewidth=1.2, marker="o", markersize=3),
-        stroke(INK, "smoothed, joined to the car", linewidth=0.9, linestyle=(0, (4, 2))),
+        stroke(
+            INK,
+            "keys that bend least" if bent else "smoothed, joined to the car",
+            linewidth=0.9,
+            linestyle=(0, (4, 2)),
+        ),
         dot(INK, "kept by Opheim", markerfacecolor=PAPER, markersize=5.5),
         stroke("#1ae4b6", "spline, by speed", linewidth=4),
         dot(PATH, "lookahead point", markerfacecolor="none", markersize=8, markeredgewidth=1.8),
