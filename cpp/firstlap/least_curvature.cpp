@@ -9,14 +9,17 @@
 namespace firstlap {
 namespace {
 
-constexpr std::size_t apart = 3;   // points between which the line's curvature is measured
-constexpr std::size_t before = 7;  // points of the line, 1 m: a tight bend that was passed still counts
-constexpr std::size_t ahead = 20;  // 3 m: and one that comes
+constexpr double apart = 0.45;     // [m] between the points that tell the line's curvature
+constexpr double passed = 1.0;     // [m] a tight bend so far behind still counts
+constexpr double coming = 3.0;     // [m] and one so far ahead
 constexpr std::size_t fewest = 4;  // keys, two of which are the car's own
 constexpr double overshoot = 1.6;  // of a relaxation step: settles in a third of the passes
 constexpr double straight = 1e-3;  // [1/m]
 
-double distance(const Point2& a, const Point2& b) noexcept { return norm(a.x - b.x, a.y - b.y); }
+// Points of the line in `way` m of it.
+std::size_t points_in(double way, double spacing) noexcept {
+  return static_cast<std::size_t>(std::max(1L, std::lround(way / spacing)));
+}
 
 // Unit, to the left.
 Point2 normal_at(const Buffer<Point2>& points, std::size_t i) noexcept {
@@ -26,11 +29,11 @@ Point2 normal_at(const Buffer<Point2>& points, std::size_t i) noexcept {
   return {(a.y - b.y) / length, (b.x - a.x) / length};
 }
 
-// Of the circle through three points; positive to the left.
-double curvature_at(const Buffer<Point2>& points, std::size_t i) noexcept {
-  const Point2& a = points[i > apart ? i - apart : 0];
+// Of the circle through point i and those `beside` before and after; positive to the left.
+double curvature_at(const Buffer<Point2>& points, std::size_t i, std::size_t beside) noexcept {
+  const Point2& a = points[i > beside ? i - beside : 0];
   const Point2& b = points[i];
-  const Point2& c = points[std::min(i + apart, points.size() - 1)];
+  const Point2& c = points[std::min(i + beside, points.size() - 1)];
   const double cross = (b.x - a.x) * (c.y - b.y) - (b.y - a.y) * (c.x - b.x);
   return 2.0 * cross / std::max(distance(a, b) * distance(b, c) * distance(a, c), 1e-9);
 }
@@ -47,8 +50,8 @@ void place(PathKey& key) noexcept {
 }
 
 // The offsets that the walls leave between the middles to the keys before and after.
-void keep_between_walls(const Buffer<CenterlinePoint>& line, const Buffer<Point2>& points, std::size_t i, double reach,
-                        double clearance, PathKey& key) noexcept {
+void leave_room(const Buffer<CenterlinePoint>& line, const Buffer<Point2>& points, std::size_t i, double reach,
+                double clearance, PathKey& key) noexcept {
   key.low = -1e9;
   key.high = 1e9;
   const auto narrow = [&](std::size_t j) {
@@ -66,11 +69,14 @@ void keep_between_walls(const Buffer<CenterlinePoint>& line, const Buffer<Point2
 }
 
 // Where the line soon bends nearly as tightly as the car can turn, no further to the inside than the line itself.
-void keep_out_of_tight_bends(const Buffer<Point2>& points, std::size_t i, double radius, PathKey& key) noexcept {
+void keep_out_of_tight_bends(const Buffer<Point2>& points, std::size_t i, double spacing, double radius,
+                             PathKey& key) noexcept {
+  const std::size_t before = points_in(passed, spacing);
+  const std::size_t end = std::min(i + points_in(coming, spacing), points.size());
   double to_left = straight;
   double to_right = straight;
-  for (std::size_t j = i > before ? i - before : 0; j < std::min(i + ahead, points.size()); ++j) {
-    const double curvature = curvature_at(points, j);
+  for (std::size_t j = i > before ? i - before : 0; j < end; ++j) {
+    const double curvature = curvature_at(points, j, points_in(apart, spacing));
     to_left = std::max(to_left, curvature);
     to_right = std::max(to_right, -curvature);
   }
@@ -78,8 +84,7 @@ void keep_out_of_tight_bends(const Buffer<Point2>& points, std::size_t i, double
   if (to_right * radius > 1.0) key.low = 0.0;
 }
 
-}  // namespace
-
+// Towards the least sum of curvature squared times way. The first two keys stay.
 void relax(int passes, Buffer<PathKey>& keys) noexcept {
   const std::size_t n = keys.size();
   for (int pass = 0; pass < passes; ++pass) {
@@ -109,10 +114,14 @@ void relax(int passes, Buffer<PathKey>& keys) noexcept {
   }
 }
 
-bool bend_least(const Buffer<CenterlinePoint>& line, double curvature, double margin, const CarGeometry& car,
-                const LeastCurvatureParams& params, Buffer<PathKey>& keys, Buffer<Point2>& points) noexcept {
+}  // namespace
+
+bool bend_least(const Buffer<CenterlinePoint>& line, double curvature, const Params& all, Buffer<PathKey>& keys,
+                Buffer<Point2>& points) noexcept {
+  const LeastCurvatureParams& params = all.least_curvature;
+  const double clearance = 0.5 * all.car.width + all.trajectory.smoothing_margin;
   keys.clear();
-  if (params.bend_passes == 0 || points.size() < fewest || points.size() != line.size()) return false;
+  if (params.bend_passes == 0 || points.size() < fewest) return false;
   const auto on_arc = [&](double way) {
     PathKey key;
     key.at = {way, 0.5 * curvature * way * way};
@@ -133,8 +142,8 @@ bool bend_least(const Buffer<CenterlinePoint>& line, double curvature, double ma
     PathKey key;
     key.on_line = points[i];
     key.normal = normal_at(points, i);
-    keep_between_walls(line, points, i, 0.5 * params.bend_spacing, 0.5 * car.width + margin, key);
-    keep_out_of_tight_bends(points, i, params.bend_radius, key);
+    leave_room(line, points, i, 0.5 * params.bend_spacing, clearance, key);
+    keep_out_of_tight_bends(points, i, all.centerline.spacing, params.bend_radius, key);
     // What comes after the line's end may be anything: towards it the path keeps to the line.
     const double share = std::min(1.0, left / params.bend_sight);
     key.low *= share;

@@ -24,13 +24,9 @@ struct PathKey {
   double step = 0.0;    // [m] from the key before
 };
 
-// Towards the least sum of curvature squared times way. The first two keys stay.
-void relax(int passes, Buffer<PathKey>& keys) noexcept;
-
 // `points`: `line` smoothed, point by point; replaced by the path's keys, the first behind the car. `curvature` [1/m]
-// of the arc that the car drives, `margin` [m] from the car's side to a wall. False, and `points` as they were, where
-// the line is too short to choose.
-bool bend_least(const Buffer<CenterlinePoint>& line, double curvature, double margin, const CarGeometry& car,
-                const LeastCurvatureParams& params, Buffer<PathKey>& keys, Buffer<Point2>& points) noexcept;
+// of the arc that the car drives. False, and `points` as they were, without passes and where the line is too short.
+bool bend_least(const Buffer<CenterlinePoint>& line, double curvature, const Params& params, Buffer<PathKey>& keys,
+                Buffer<Point2>& points) noexcept;
 
 }  // namespace firstlap

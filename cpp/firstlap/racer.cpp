@@ -176,10 +176,8 @@ bool Racer::plan(const VehicleState& state) noexcept {
   if (trace_.line.points.size() < fewest || trace_.line.ahead < 0.3) return false;
   const TrajectoryParams& p = params_.trajectory;
   smooth_between_walls(trace_.line.points, params_.car, p, trace_.smoothed);
-  if (!bend_least(trace_.line.points, curvature_driven(state), p.smoothing_margin, params_.car, params_.least_curvature,
-                  keys_, trace_.smoothed) &&
-      p.join_distance > 0.0)
-    join_car(std::max(p.join_distance, p.join_time * state.speed), trace_.smoothed);
+  const bool bent = bend_least(trace_.line.points, curvature_driven(state), params_, keys_, trace_.smoothed);
+  if (!bent && p.join_distance > 0.0) join_car(std::max(p.join_distance, p.join_time * state.speed), trace_.smoothed);
   simplify_opheim(trace_.smoothed, p.opheim_min, p.opheim_max, trace_.simplified);
   sample_path(trace_.simplified, p.sample, p.end_hold, spline_, trace_.path);
   if (trace_.path.size() < fewest) return false;

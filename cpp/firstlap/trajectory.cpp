@@ -8,8 +8,6 @@
 namespace firstlap {
 namespace {
 
-double distance(const Point2& a, const Point2& b) noexcept { return norm(a.x - b.x, a.y - b.y); }
-
 // Distance of p to the half-line from a through b.
 double ray_distance(const Point2& a, const Point2& b, const Point2& p) noexcept {
   const double dx = b.x - a.x;

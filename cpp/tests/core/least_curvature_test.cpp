@@ -42,23 +42,25 @@ struct Bent {
   bool bent = false;
 };
 
-Bent bend(const Buffer<CenterlinePoint>& line, const LeastCurvatureParams& params, double curvature = 0.0) {
+Bent bend(const Buffer<CenterlinePoint>& line, const LeastCurvatureParams& bending, double curvature = 0.0) {
   Bent found;
-  TrajectoryParams smoothing;
-  smoothing.smoothing_margin = margin;
-  smooth_between_walls(line, CarGeometry{}, smoothing, found.smoothed);
+  Params params;
+  params.least_curvature = bending;
+  params.trajectory.smoothing_margin = margin;
+  smooth_between_walls(line, params.car, params.trajectory, found.smoothed);
   found.points.assign(found.smoothed.span());
-  found.bent = bend_least(line, curvature, margin, CarGeometry{}, params, found.keys, found.points);
+  found.bent = bend_least(line, curvature, params, found.keys, found.points);
   return found;
 }
 
-double sharpest(const Buffer<Point2>& keys, double from, double to) {
+// [1/m] of the path through these keys, ahead of base_link and up to `to` m of it.
+double sharpest(const Buffer<Point2>& keys, double to) {
   Spline spline(max_line_points);
   Buffer<TrajectoryPoint> path(max_path_points);
   sample_path(keys, 0.1, 0.5, spline, path);
   double most = 0.0;
   for (const TrajectoryPoint& p : path)
-    if (p.x > from && p.s < to) most = std::max(most, std::abs(p.curvature));
+    if (p.x > 0.0 && p.s < to) most = std::max(most, std::abs(p.curvature));
   return most;
 }
 
@@ -97,7 +99,7 @@ TEST(LeastCurvature, it_swings_out_before_a_corner_cuts_it_and_bends_less_than_t
   }
   EXPECT_LT(out, -0.05);  // to the right before a bend to the left
   EXPECT_GT(in, 0.1);
-  EXPECT_LT(sharpest(found.points, 0.0, 9.0), 0.8 * sharpest(found.smoothed, 0.0, 9.0));
+  EXPECT_LT(sharpest(found.points, 9.0), 0.8 * sharpest(found.smoothed, 9.0));
 }
 
 TEST(LeastCurvature, a_mirrored_track_gives_the_mirrored_path) {
