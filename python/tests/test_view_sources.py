@@ -253,7 +253,7 @@ def test_a_bad_value_is_refused_with_its_reason_and_the_race_goes_on(source: Sim
     with pytest.raises(InputError, match=r"sensors\.latency"):
         source.set_condition("sensors.latency", 5.0)
     assert source.setup is before
-    number = source.latest().number  # type: ignore[union-attr]
+    number = shown(source, lambda frame: frame.going).number
     shown(source, lambda frame: frame.number > number + 5 and frame.going)
 
 
@@ -386,6 +386,7 @@ def test_a_race_ends_with_the_process_that_shows_it(tmp_path: Path) -> None:
 
 
 def test_a_race_that_hangs_is_said_and_goes_on_where_it_was(source: SimSource) -> None:
+    shown(source, lambda frame: frame.going)
     assert source._race is not None
     pid = source._race.process.pid
     assert pid is not None
