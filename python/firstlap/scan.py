@@ -26,3 +26,8 @@ class Mount(NamedTuple):
     y: float
     yaw: float
     upside_down: bool
+
+    def turned(self, angle_min: float, angle_increment: float) -> tuple[float, float]:
+        """Both [rad], of a scan's header, as a laser that looks ahead would have them."""
+        hand = -1.0 if self.upside_down else 1.0
+        return hand * angle_min + self.yaw, hand * angle_increment

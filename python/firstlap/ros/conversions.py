@@ -47,8 +47,7 @@ def scan_reason(message: Any, beams: int | None) -> str:
 def to_scan(message: Any, mount: Mount) -> Scan:
     """A LaserScan whose header makes sense, turned as the laser is mounted."""
     ranges = np.frombuffer(message.ranges, dtype=np.float32)
-    hand = -1.0 if mount.upside_down else 1.0
-    first, step = hand * message.angle_min + mount.yaw, hand * message.angle_increment
+    first, step = mount.turned(message.angle_min, message.angle_increment)
     return Scan(ranges, first, step, message.time_increment, message.range_min, message.range_max)
 
 

@@ -20,9 +20,9 @@ from tf2_msgs.msg import TFMessage
 
 from firstlap.driving import Driving
 from firstlap.errors import InputError
+from firstlap.frames import Frames, mount_of
 from firstlap.ros.conversions import scan_reason, seconds, set_stamp, to_scan
 from firstlap.ros.diagnostics import Health
-from firstlap.ros.frames import Frames, mount_of
 from firstlap.ros.markers import Markers
 from firstlap.ros.names import DRIVE, TOLD
 from firstlap.ros.node_parameters import declare_entries, declare_fields, result, tell, value_of

@@ -164,7 +164,7 @@ class Listener:
         from sensor_msgs.msg import LaserScan
         from tf2_msgs.msg import TFMessage
 
-        from firstlap.ros.frames import Frames
+        from firstlap.frames import Frames
         from firstlap.ros.names import DRIVE
         from firstlap.ros.node_parameters import declare_entries
         from firstlap.ros.qos import LATCHED
@@ -218,8 +218,8 @@ class Listener:
 
     def look(self, seconds: float) -> list[Check]:
         """Everything that can be seen without moving the car."""
+        from firstlap.frames import mount_of
         from firstlap.ros.conversions import scan_reason
-        from firstlap.ros.frames import mount_of
 
         self.listen(10.0, lambda: bool(self.scan.arrivals and self.odom.arrivals))
         for sample in (self.scan, self.odom):

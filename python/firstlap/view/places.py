@@ -11,8 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from firstlap.car_file import Car
+from firstlap.frames import Frames
 from firstlap.ros.conversions import seconds, yaw_of
-from firstlap.ros.frames import Frames
 from firstlap.view.frame import Pose
 from firstlap.view.laps import LapBook
 

@@ -14,11 +14,11 @@ import numpy as np
 from firstlap.car_file import Car, load_car
 from firstlap.drivers.registry import driver_kind
 from firstlap.errors import InputError
+from firstlap.frames import mount_of
 from firstlap.parameters import Field, Value
 from firstlap.ros import require_ros
 from firstlap.ros.car_link import CarLink
 from firstlap.ros.conversions import scan_reason, to_scan
-from firstlap.ros.frames import mount_of
 from firstlap.ros.trace_message import Told, decode
 from firstlap.scan import Mount
 from firstlap.setup_file import Setup, load_setup

@@ -13,9 +13,9 @@ import firstlap
 from firstlap.cli import run
 from firstlap.driving import Driving
 from firstlap.errors import InputError
+from firstlap.frames import Frames, mount_of
 from firstlap.ros import require_ros
 from firstlap.ros.conversions import scan_reason, to_scan
-from firstlap.ros.frames import Frames, mount_of
 from firstlap.ros.preflight import Sample, check_drive, check_forward, check_rate, check_scan, check_turn, turn_between
 from firstlap.ros.sim_topics import gym_names, our_names
 from firstlap.scan import Mount

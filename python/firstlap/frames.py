@@ -1,4 +1,7 @@
-"""Static places of frames from /tf_static and /tf, as far as a driver needs them: where the laser sits."""
+"""Frames of /tf_static and /tf, as far as a driver needs them: where the laser is mounted.
+
+Messages are duck-typed: nodes and recordings both hear them here, with ROS 2 or without.
+"""
 
 from __future__ import annotations
 
