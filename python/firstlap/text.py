@@ -6,7 +6,7 @@ from pathlib import Path
 
 UNKNOWN = "not known"
 """What stands where nothing was measured."""
-ENDINGS = (".yaml", ".yml", ".npz", ".mcap", ".bag", ".db3")
+ENDINGS = (".yaml", ".yml", ".npz", ".mcap", ".bag", ".db3", ".zstd", ".zst", ".active")
 
 
 def printable(text: str) -> str:
@@ -19,8 +19,10 @@ def short_name(name: str) -> str:
 
     A name that a file gives itself may hold a slash, too; a path is what has a known ending or begins like one.
     """
-    known = Path(name).suffix.lower() in ENDINGS
-    return Path(name).stem if known or name.startswith(("/", "./", "../")) else name
+    path, known = Path(name), Path(name).suffix.lower() in ENDINGS
+    while path.suffix.lower() in ENDINGS:  # .mcap.zstd
+        path = path.with_suffix("")
+    return (path.name if known else path.stem) if known or name.startswith(("/", "./", "../")) else name
 
 
 def short_names(names: list[str]) -> dict[str, str]:

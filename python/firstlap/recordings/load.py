@@ -6,19 +6,19 @@ from collections.abc import Callable
 from pathlib import Path
 
 from firstlap.errors import InputError
+from firstlap.recordings.paths import KINDS, PACKED, ending_of
 from firstlap.recordings.recording import Recording
 from firstlap.recordings.topics import Topics
-
-KINDS = ".npz, .mcap, .db3, .bag, or a rosbag2 folder"
 
 
 def load_recording(
     path: str | Path, topics: Topics | None = None, look: Callable[[int], object] | None = None
 ) -> Recording:
-    """The recording at `path`: an .npz, .mcap, .db3 or .bag file, or a rosbag2 folder.
+    """The recording at `path`: a file with one of `paths.ENDINGS`, or a rosbag2 folder.
 
-    topics: names where types alone do not tell. look: called now and then with the messages read so far.
-    What is damaged is left out and stands in the recording's remarks. Raises InputError where no scan can be read.
+    topics: names where types alone do not tell, and what else a person says of it. look: called now and then with the
+    messages read so far. What is damaged is left out and stands in the recording's remarks. Raises InputError where no
+    scan can be read.
     """
     path, topics = Path(path), topics or Topics()
     try:
@@ -26,7 +26,7 @@ def load_recording(
             raise InputError(f"{path}: no such file or folder; a recording is {KINDS}")
         if path.is_file() and path.stat().st_size == 0:
             raise InputError(f"{path}: is empty")
-        if path.suffix.lower() == ".npz":
+        if path.is_file() and ending_of(path) == ".npz":
             from firstlap.recordings.npz import load_npz
 
             return load_npz(path, topics)
@@ -48,10 +48,16 @@ def _from_messages(path: Path, topics: Topics, look: Callable[[int], object] | N
     from firstlap.recordings.assemble import assemble
     from firstlap.recordings.mcap_log import open_mcap
     from firstlap.recordings.ros1_bag import open_bag
-    from firstlap.recordings.rosbag2 import open_db3, open_folder
+    from firstlap.recordings.rosbag2 import open_db3, open_folder, open_packed
 
-    openers = {".mcap": open_mcap, ".db3": open_db3, ".bag": open_bag}
-    opener = open_folder if path.is_dir() else openers.get(path.suffix.lower())
+    openers = {
+        ".mcap": open_mcap,
+        ".db3": open_db3,
+        ".bag": open_bag,
+        ".bag.active": open_bag,
+        **dict.fromkeys(PACKED, open_packed),
+    }
+    opener = open_folder if path.is_dir() else openers.get(ending_of(path))
     if opener is None:
         raise InputError(f"{path}: not a recording that is known; expected {KINDS}")
     return assemble(opener(path), path, topics, look)

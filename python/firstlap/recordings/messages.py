@@ -8,18 +8,24 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import zstandard
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
 from firstlap.errors import InputError
 
 ACKERMANN = "ackermann_msgs/msg/AckermannDrive"
+ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
+"""With which a message begins that rosbag2 compressed by itself. CDR begins with 0, so that none is mistaken."""
 _ACKERMANN_TEXT = """float32 steering_angle
 float32 steering_angle_velocity
 float32 speed
 float32 acceleration
 float32 jerk
 """
+TRANSFORMS = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
+"""The second is that of old ROS 1."""
+_TRANSFORMS_TEXT = "geometry_msgs/TransformStamped[] transforms"
 _STAMPED_TEXT = """std_msgs/Header header
 ackermann_msgs/AckermannDrive drive
 """
@@ -60,19 +66,24 @@ class Stored:
 
 @lru_cache(maxsize=2)
 def typestore(encoding: str = "cdr") -> Typestore:
-    """The message types that we read and write, with Ackermann's."""
+    """The message types that we read and write, with those that the library lacks."""
     store = get_typestore(Stores.ROS1_NOETIC if encoding == "ros1" else Stores.ROS2_HUMBLE)
     store.register(get_types_from_msg(_ACKERMANN_TEXT, ACKERMANN))
     store.register(get_types_from_msg(_STAMPED_TEXT, f"{ACKERMANN}Stamped"))
+    for name in TRANSFORMS:
+        if name not in store.types:
+            store.register(get_types_from_msg(_TRANSFORMS_TEXT, name))
     return store
 
 
 def decode(topic: Topic, data: bytes) -> Any:
-    """The message, or None where the bytes are none."""
+    """The message, decompressed where it was compressed by itself, or None where the bytes are none."""
     store = typestore(topic.encoding)
     try:
         if topic.encoding == "ros1":
             return store.deserialize_ros1(data, topic.type)
+        if data.startswith(ZSTD_MAGIC):
+            data = zstandard.ZstdDecompressor().decompressobj().decompress(data)
         return store.deserialize_cdr(data, topic.type)
     except Exception:  # bytes that are no message make the library raise anything
         return None

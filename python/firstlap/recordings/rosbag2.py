@@ -1,11 +1,11 @@
-"""rosbag2: folders of sqlite3 or MCAP files with their metadata.yaml, and single .db3 files."""
+"""rosbag2: folders of sqlite3 or MCAP files with their metadata.yaml, single .db3 files, and compressed ones."""
 
 from __future__ import annotations
 
 import sqlite3
 import struct
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path, PurePath
 from typing import Any
@@ -15,10 +15,9 @@ import zstandard
 
 from firstlap.errors import InputError
 from firstlap.recordings.mcap_log import open_mcap
-from firstlap.recordings.messages import Message, Stored, Topic, check_magic, stopped
+from firstlap.recordings.messages import ZSTD_MAGIC, Message, Stored, Topic, check_magic, stopped
+from firstlap.recordings.paths import COMPRESSED, STORAGES
 
-STORAGES = {"sqlite3": ".db3", "mcap": ".mcap"}
-PACKED = (".zstd", ".zst")
 SQLITE_MAGIC = b"SQLite format 3\0"
 SQLITE_PAGES = struct.Struct(">16xH10xI")
 """In the database's head: bytes of a page (1 is 65536), pages."""
@@ -80,12 +79,20 @@ def open_folder(path: Path) -> Stored:
     """
     stored = Stored()
     about = _metadata(path, stored)
-    files, storage = _files(path, about, stored)
+    files = _files(path, about, stored)
     packed = str(about.get("compression_mode") or "").lower()
     if packed not in ("", "none") and str(about.get("compression_format")) != "zstd":
         raise InputError(f"{path}: packed by '{about.get('compression_format')}'; known is zstd")
     stored.claimed = _claimed(about)
-    stored.messages = lambda: _folder_messages(files, storage, packed == "message", stored)
+    stored.messages = lambda: _messages(files, stored)
+    return stored
+
+
+def open_packed(path: Path) -> Stored:
+    """What one compressed file of a rosbag2 holds. Raises InputError."""
+    check_magic(path, ZSTD_MAGIC, "compressed by zstd")
+    stored = Stored()
+    stored.messages = lambda: _messages([path], stored)
     return stored
 
 
@@ -116,12 +123,12 @@ def _claimed(about: dict[str, Any]) -> dict[str, int]:
     return claimed
 
 
-def _files(path: Path, about: dict[str, Any], stored: Stored) -> tuple[list[Path], str]:
-    """The files in their order, and the suffix of their storage."""
-    storage = str(about.get("storage_identifier"))
-    if about and storage not in STORAGES:
+def _files(path: Path, about: dict[str, Any], stored: Stored) -> list[Path]:
+    """The files in their order."""
+    storage = str(about.get("storage_identifier") or "")  # a reindex may leave it empty
+    if storage and storage not in STORAGES:
         raise InputError(f"{path}: unknown storage '{storage[:60]}'; known are {', '.join(STORAGES)}")
-    suffixes = [STORAGES[storage]] if about else list(STORAGES.values())
+    suffixes = [STORAGES[storage]] if storage else list(STORAGES.values())
     lying = sorted(file for file in path.iterdir() if file.is_file() and _suffix(file) in suffixes)
     listed = about.get("relative_file_paths")
     named = [path / PurePath(str(name)).name for name in listed] if isinstance(listed, list) else []
@@ -131,18 +138,19 @@ def _files(path: Path, about: dict[str, Any], stored: Stored) -> tuple[list[Path
     files = [file for file in named if file.is_file()] or lying
     if not files:
         raise InputError(f"{path}: a folder without recording; expected {' or '.join(suffixes)} files in it")
-    return files, _suffix(files[0])
+    return files
 
 
 def _suffix(file: Path) -> str:
-    return PurePath(file.stem).suffix if file.suffix in PACKED else file.suffix
+    """Of the storage, without that of its compression."""
+    return PurePath(file.stem).suffix.lower() if file.suffix.lower() in COMPRESSED else file.suffix.lower()
 
 
-def _folder_messages(files: list[Path], storage: str, unpack: bool, stored: Stored) -> Iterator[Message]:
-    opener: Callable[[Path], Stored] = open_mcap if storage == ".mcap" else open_db3
+def _messages(files: list[Path], stored: Stored) -> Iterator[Message]:
     claimed = dict(stored.claimed)
     for file in files:
         with tempfile.TemporaryDirectory() as folder:
+            opener = open_mcap if _suffix(file) == STORAGES["mcap"] else open_db3
             try:
                 part = opener(_unpacked(file, Path(folder)))
             except (zstandard.ZstdError, OSError):
@@ -153,8 +161,7 @@ def _folder_messages(files: list[Path], storage: str, unpack: bool, stored: Stor
                 continue
             part.topics, part.remarks, part.metadata = stored.topics, stored.remarks, stored.metadata
             part.wanted = stored.wanted
-            messages = part.messages()
-            yield from (_unpacked_messages(file, messages, stored) if unpack else messages)
+            yield from part.messages()
             for topic, count in part.claimed.items():
                 claimed.setdefault(topic, 0)
                 if topic not in stored.claimed:
@@ -163,28 +170,10 @@ def _folder_messages(files: list[Path], storage: str, unpack: bool, stored: Stor
 
 
 def _unpacked(file: Path, folder: Path) -> Path:
-    if file.suffix not in PACKED:
+    if file.suffix.lower() not in COMPRESSED:
         return file
     whole = folder / file.stem
     with file.open("rb") as packed, whole.open("wb") as out:
-        zstandard.ZstdDecompressor().copy_stream(packed, out)
+        if zstandard.ZstdDecompressor().copy_stream(packed, out)[1] == 0:
+            raise zstandard.ZstdError("not even the first frame is whole")
     return whole
-
-
-def _unpacked_messages(file: Path, messages: Iterator[Message], stored: Stored) -> Iterator[Message]:
-    lost = 0
-    for message in messages:
-        data = _unpacked_bytes(message.data)
-        if data is None:
-            lost += 1
-        else:
-            yield message._replace(data=data)
-    if lost:
-        stored.remarks.append(f"{lost} messages of {file.name} cannot be unpacked")
-
-
-def _unpacked_bytes(data: bytes) -> bytes | None:
-    try:
-        return zstandard.ZstdDecompressor().decompressobj().decompress(data)
-    except zstandard.ZstdError:
-        return None
