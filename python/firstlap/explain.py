@@ -14,6 +14,7 @@ from firstlap.car_file import Car
 from firstlap.drivers.registry import driver_kind
 from firstlap.errors import InputError
 from firstlap.race import start_race
+from firstlap.recordings.laser import car_of
 from firstlap.recordings.recording import Recording
 from firstlap.replay import batches, driver_for, prepared
 from firstlap.setup_file import Setup
@@ -97,6 +98,7 @@ def explain_recording(recording: Recording, setup: Setup, car: Car, index: int, 
     if not -count <= index < count:
         raise InputError(f"{recording.source}: has scans 0 to {count - 1}, asked for {index}")
     index %= count
+    car = car_of(recording, car)
     setup, _, remarks = prepared(recording, setup, mask_body)
     handle = driver_for(setup, car)
     for _ in batches(recording.first(index + 1), handle.core):

@@ -35,6 +35,14 @@ def matrix(transform: Any) -> Matrix:
     )
 
 
+def placed(x: float, y: float, yaw: float, roll: float = 0.0) -> Matrix:
+    """(4, 4) of what sits at x, y [m], rolled and then turned [rad], as a URDF has it."""
+    c, s, up, aside = math.cos(yaw), math.sin(yaw), math.cos(roll), math.sin(roll)
+    return np.array(
+        [[c, -s * up, s * aside, x], [s, c * up, -c * aside, y], [0.0, aside, up, 0.0], [0.0, 0.0, 0.0, 1.0]]
+    )
+
+
 class Frames:
     """The tree as it was heard."""
 

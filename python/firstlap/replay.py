@@ -22,6 +22,7 @@ from firstlap.continuity import BIG_JUMP, Continuity
 from firstlap.drivers.registry import Handle, Preparation, driver_kind
 from firstlap.errors import InputError
 from firstlap.recordings.body import BodyMask, find_body
+from firstlap.recordings.laser import car_of
 from firstlap.recordings.recording import Recording
 from firstlap.recordings.replay_log import Log, log_of
 from firstlap.setup_file import LOCAL, Setup
@@ -152,6 +153,7 @@ def replay(
     InputError.
     """
     begin = time.perf_counter()
+    car = car_of(recording, car)
     setup, body, remarks = prepared(recording, setup, mask_body)
     with log_of(recording, setup, car, record) if record is not None else nullcontext() as log:
         driven = _drive(recording, setup, car, look, log)
@@ -178,10 +180,6 @@ def prepared(recording: Recording, setup: Setup, mask_body: bool) -> tuple[Setup
     remarks: list[str] = []
     if recording.about is not None:
         return setup, None, ()
-    has_laser = any(row.key == "car.laser_x" for row in setup.fields.fields)
-    if recording.laser_x is not None and has_laser and ("car", "laser_x") not in setup.given:
-        setup = setup.with_given({("car", "laser_x"): recording.laser_x})
-        remarks.append(f"the laser stands {recording.laser_x:g} m ahead of base_link, as the recording says")
     if setup.driver != LOCAL:
         return setup, None, tuple(remarks)
     given = any(("scan", name) in setup.given for name in ("mask_angle", "mask_range"))
@@ -269,7 +267,7 @@ def _continued(
 def difference(driven: Driven, speed: Floats, steering_angle: Floats) -> dict[str, Any]:
     """Absolute difference of the commands, median and 95th percentile, over the scans that have both."""
     return {
-        "scans": int(np.isfinite(steering_angle).sum()),
+        "scans": int((np.isfinite(speed) | np.isfinite(steering_angle)).sum()),
         "speed": spread(np.abs(driven.speed - speed), 50, 95),
         "steering_angle": spread(np.abs(driven.steering_angle - steering_angle), 50, 95),
     }

@@ -15,6 +15,7 @@ from firstlap.recordings.messages import ACKERMANN, typestore
 
 SCAN, ODOM, IMU = "sensor_msgs/msg/LaserScan", "nav_msgs/msg/Odometry", "sensor_msgs/msg/Imu"
 DRIVE = f"{ACKERMANN}Stamped"
+TF, POSE, FLOAT = "tf2_msgs/msg/TFMessage", "geometry_msgs/msg/PoseStamped", "std_msgs/msg/Float64"
 BEAMS, PERIOD, START = 271, 0.025, 1_700_000_000
 SPEED = 1.5
 
@@ -32,9 +33,9 @@ def make(kind: str, *values: Any, ros1: bool = False) -> Any:
     return typestore("ros1" if ros1 else "cdr").types[kind](*values)
 
 
-def header(time: int, ros1: bool = False) -> Any:
+def header(time: int, ros1: bool = False, frame: str = "laser") -> Any:
     stamp = make("builtin_interfaces/msg/Time", *divmod(time, 1_000_000_000))
-    return make("std_msgs/msg/Header", *((0,) if ros1 else ()), stamp, "laser", ros1=ros1)
+    return make("std_msgs/msg/Header", *((0,) if ros1 else ()), stamp, frame, ros1=ros1)
 
 
 def nanoseconds(index: int) -> int:
@@ -73,6 +74,25 @@ def odometry(time: int, speed: float, yaw_rate: float = 0.0, ros1: bool = False)
     )
 
 
+def pose(time: int, x: float, frame: str = "map") -> Any:
+    """A geometry_msgs/PoseStamped that looks along x."""
+    there = make("geometry_msgs/msg/Point", x, 0.0, 0.0)
+    return make(POSE, header(time, frame=frame), make("geometry_msgs/msg/Pose", there, quaternion(0.0, 0.0)))
+
+
+def quaternion(yaw: float, roll: float) -> Any:
+    """Rolled [rad], then turned."""
+    (c, s), (u, a) = ((np.cos(0.5 * angle), np.sin(0.5 * angle)) for angle in (yaw, roll))
+    return make("geometry_msgs/msg/Quaternion", c * a, s * a, s * u, c * u)
+
+
+def mounted(x: float, y: float, yaw: float, roll: float = 0.0, parent: str = "base_link", child: str = "laser") -> Any:
+    """A tf2_msgs/TFMessage of one transform."""
+    there = make("geometry_msgs/msg/Vector3", x, y, 0.11)
+    transform = make("geometry_msgs/msg/Transform", there, quaternion(yaw, roll))
+    return make(TF, [make("geometry_msgs/msg/TransformStamped", header(0, frame=parent), child, transform)])
+
+
 def imu(time: int, yaw_rate: float) -> Any:
     still = make("geometry_msgs/msg/Vector3", 0.0, 0.0, 0.0)
     turn = make("geometry_msgs/msg/Vector3", 0.0, 0.0, yaw_rate)
@@ -94,6 +114,43 @@ def entries(count: int = 60, *, ros1: bool = False, odom: bool = True, commands:
             found.append(Entry("/odom", ODOM, now, odometry(now, SPEED, 0.01, ros1)))
         if commands:
             found.append(Entry("/drive", DRIVE, now, drive(now, SPEED, 0.05, ros1)))
+    return found
+
+
+F1TENTH_SYSTEM = {
+    "/scan": SCAN, "/odom": ODOM, "/drive": DRIVE, "/teleop": DRIVE, "/ackermann_drive": DRIVE,
+    "/sensors/imu/raw": IMU, "/commands/motor/speed": FLOAT, "/commands/servo/position": FLOAT, "/tf_static": TF,
+}  # fmt: skip
+"""What the stack of the car's builders records, by its launch files and its mux."""
+RACE_STACK = {
+    "/scan": SCAN, "/car_state/odom": ODOM, "/car_state/odom_frenet": ODOM, "/vesc/odom": ODOM,
+    "/early_fusion/odom": ODOM, "/car_state/pose": POSE, "/tracked_pose": POSE, "/initialpose": POSE,
+    "/vesc/sensors/imu/raw": IMU, "/imu/data": IMU, "/vesc/low_level/ackermann_cmd_mux/output": DRIVE,
+    "/vesc/low_level/ackermann_cmd_mux/input/teleop": DRIVE,
+    "/vesc/low_level/ackermann_cmd_mux/input/navigation": DRIVE,
+    "/vesc/high_level/ackermann_cmd_mux/output": DRIVE, "/vesc/high_level/ackermann_cmd_mux/input/nav_1": DRIVE,
+    "/vesc/commands/servo/position": FLOAT, "/tf_static": TF,
+}  # fmt: skip
+"""What ForzaETH's race stack records."""
+
+
+def stack(topics: dict[str, str], count: int = 60) -> list[Entry]:
+    """A drive along a corridor with these topics. Each says another speed, angle or place: topics are told apart."""
+    found = []
+    for i in range(count):
+        now = nanoseconds(i)
+        for index, (topic, kind) in enumerate(topics.items()):
+            makes: dict[str, Callable[[], Any]] = {
+                SCAN: lambda now=now, i=i: scan(now, corridor(seed=i)),
+                ODOM: lambda now=now, index=index: odometry(now, SPEED + 0.01 * index),
+                DRIVE: lambda now=now, index=index: drive(now, SPEED, 0.01 * index),
+                IMU: lambda now=now, index=index: imu(now, 0.01 * index),
+                POSE: lambda now=now, index=index, i=i: pose(now, 100.0 * index + SPEED * PERIOD * i),
+                FLOAT: lambda index=index: make(FLOAT, 1000.0 * index),
+                TF: lambda: mounted(0.27, 0.0, 0.0),
+            }
+            if kind != TF or i == 0:
+                found.append(Entry(topic, kind, now, makes[kind]()))
     return found
 
 

@@ -144,6 +144,13 @@ def test_another_programs_reader_finds_standard_messages(logged):
     assert np.array_equal(truth, np.column_stack([result.path["x"], result.path["y"]]))
     assert [m.transforms[0].child_frame_id for m in seen["/tf_static"]] == ["laser"]
     assert seen["/tf_static"][0].transforms[0].transform.translation.x == 0.27
+    # A scan is stamped at its first ray, 18.75 ms before its last, which all else is of.
+    sweep = 1080 * seen["/scan"][0].time_increment
+    assert sweep == pytest.approx(0.01875)
+    for message, odometry in zip(seen["/scan"], seen["/odom"], strict=True):
+        first, last = ((m.header.stamp.sec + 1e-9 * m.header.stamp.nanosec) for m in (message, odometry))
+        assert last - first == pytest.approx(sweep, abs=2e-9)
+        assert message.scan_time == pytest.approx(0.025)
     # The two transforms of a scan, one after the other, lead to the true pose.
     for message, x, y in list(zip(seen["/tf"], result.path["x"], result.path["y"], strict=True))[::50]:
         odom, base = (t.transform for t in sorted(message.transforms, key=lambda t: t.header.frame_id))

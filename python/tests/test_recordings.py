@@ -9,9 +9,12 @@ from pathlib import Path
 import bags
 import numpy as np
 import pytest
+import zstandard
+from rosbags.rosbag2 import CompressionMode
 
 from firstlap.errors import InputError
 from firstlap.recordings import Recording, Topics, load_recording
+from firstlap.recordings.laser import parse_laser
 
 SCANS = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "scans"
 needs_scans = pytest.mark.skipif(not SCANS.is_dir(), reason="the real recordings (../shared/data) are not here")
@@ -70,23 +73,246 @@ def test_an_imu_turns_where_odometry_does_not_or_where_it_is_named(tmp_path):
     assert np.all(load_recording(path, Topics(imu="/imu")).yaw_rate == 0.5)
 
 
-def test_two_candidates_ask_for_a_choice_and_are_listed(tmp_path):
+def test_of_several_topics_the_usual_one_is_taken_and_that_is_said(tmp_path):
     more = [entry._replace(topic=f"{entry.topic}_2") for entry in bags.entries()]
     path = bags.write_rosbag2(tmp_path / "a", bags.entries() + more)
-    for given, option, names in (
-        (Topics(), "--scan-topic", ("/scan", "/scan_2")),
-        (Topics(scan="/scan"), "--odom-topic", ("/odom", "/odom_2")),
-        (Topics(scan="/scan", odom="odom"), "--drive-topic", ("/drive", "/drive_2")),
-    ):
-        with pytest.raises(InputError) as error:
-            load_recording(path, given)
-        assert option in str(error.value)
-        assert all(name in str(error.value) for name in names)
-    recording = load_recording(path, Topics(scan="/scan_2", odom="/odom_2", drive="none"))
+    recording = load_recording(path)
+    assert recording.topics == {"scan": "/scan", "odom": "/odom", "drive": "/drive"}
+    assert "of 2 LaserScan topics /scan was taken, not /scan_2: see --scan-topic" in remarks(recording)
+    recording = load_recording(path, Topics(scan="/scan_2", odom="odom_2", drive="none"))
     assert recording.topics == {"scan": "/scan_2", "odom": "/odom_2"}
     assert recording.commands is None
+    assert "was taken" not in remarks(recording)
     with pytest.raises(InputError, match="/nowhere"):
         load_recording(path, Topics(scan="/nowhere"))
+
+
+def test_where_no_name_is_usual_all_choices_are_asked_for_at_once(tmp_path):
+    both = [entry._replace(topic=f"/car{car}{entry.topic}") for car in (1, 2) for entry in bags.entries()]
+    path = bags.write_rosbag2(tmp_path / "a", both)
+    with pytest.raises(InputError) as error:
+        load_recording(path)
+    for kind, name in (("LaserScan", "scan"), ("Odometry", "odom"), ("AckermannDriveStamped", "drive")):
+        assert f"2 {kind} topics: /car1/{name}, /car2/{name}; choose one with --{name}-topic" in str(error.value)
+    recording = load_recording(path, Topics(scan="/car1/scan", odom="/car1/odom", drive="/car1/drive"))
+    assert len(recording) == 60
+
+
+@pytest.mark.parametrize(
+    ("stack", "taken"),
+    [
+        ("F1TENTH_SYSTEM", {"odom": "/odom", "imu": "/sensors/imu/raw", "drive": "/ackermann_drive"}),
+        (
+            "RACE_STACK",
+            {
+                "odom": "/car_state/odom",
+                "imu": "/imu/data",
+                "drive": "/vesc/low_level/ackermann_cmd_mux/output",
+                "pose": "/car_state/pose",
+            },
+        ),
+    ],
+)
+def test_what_the_usual_stacks_record_plays_without_options(tmp_path, stack, taken):
+    topics = getattr(bags, stack)
+    recording = load_recording(bags.write_rosbag2(tmp_path / "a", bags.stack(topics)))
+    assert recording.topics == {"scan": "/scan", **taken}
+    names = list(topics)
+    assert recording.speed == pytest.approx(np.full(60, bags.SPEED + 0.01 * names.index(taken["odom"])))
+    assert recording.steering_angle == pytest.approx(np.full(60, 0.01 * names.index(taken["drive"])))
+    assert recording.frame == ("map" if "pose" in taken else "laser")
+    assert recording.laser == pytest.approx((0.27, 0.0, 0.0, False))
+    assert recording.sources["laser"] == "/tf_static (base_link to laser)"
+    for name in (taken["odom"], taken["drive"]):
+        if sum(kind == topics[name] for kind in topics.values()) > 1:
+            assert f"{name} was taken" in remarks(recording)
+    assert "/initialpose" not in remarks(recording)
+
+
+def laser_bag(path: Path, transform: object, topic: str = "/tf_static", frame: str = "laser") -> Path:
+    """A corridor with one transform and scans in `frame`."""
+    items = bags.entries()
+    for item in items:
+        if item.topic == "/scan":
+            item.message.header.frame_id = frame
+    return bags.write_rosbag2(path, [bags.Entry(topic, bags.TF, bags.nanoseconds(0), transform), *items])
+
+
+@pytest.mark.parametrize("topic", ["/tf_static", "/tf", "/car1/tf_static"])
+def test_the_lasers_mounting_comes_from_the_frame_tree(tmp_path, topic):
+    upside_down = bags.mounted(0.2, 0.03, 0.5 * np.pi, np.pi)
+    recording = load_recording(laser_bag(tmp_path / "a", upside_down, topic))
+    assert recording.laser == pytest.approx((0.2, 0.03, 0.5 * np.pi, True))
+    step = 1.5 * np.pi / 270
+    # Upside down its first beam, to its right, points to the car's left, and all are turned by a quarter.
+    assert recording.headers[0, :2] == pytest.approx([0.75 * np.pi + 0.5 * np.pi, -step], rel=1e-6)
+    assert "the laser sits 0.2 m ahead and 0.03 m left of base_link, turned by 90°, upside down, by /tf" in (
+        remarks(recording)
+    )
+
+
+def test_the_base_may_be_called_as_odometry_calls_it(tmp_path):
+    items = [
+        bags.Entry("/tf_static", bags.TF, 0, bags.mounted(0.2, 0.0, 0.0, parent="ego/base_link", child="ego/laser")),
+        *bags.entries(),
+    ]
+    for item in items:
+        if item.topic == "/odom":
+            item.message.child_frame_id = "ego/base_link"
+        if item.topic == "/scan":
+            item.message.header.frame_id = "ego/laser"
+    assert load_recording(bags.write_rosbag2(tmp_path / "a", items)).laser == pytest.approx((0.2, 0.0, 0.0, False))
+
+
+def test_a_laser_that_nobody_places_or_that_a_person_places(tmp_path):
+    path = laser_bag(tmp_path / "a", bags.mounted(0.2, 0.0, np.pi), frame="another")
+    unknown = load_recording(path)
+    assert unknown.laser is None
+    assert unknown.sources["laser"] == "the car's parameters"
+    assert unknown.headers[0, 0] == pytest.approx(-0.75 * np.pi)
+    given = load_recording(path, Topics(laser=parse_laser("0.1,0,-90")))
+    assert given.laser == pytest.approx((0.1, 0.0, -0.5 * np.pi, False))
+    assert given.headers[0, 0] == pytest.approx(-1.25 * np.pi)
+    assert given.sources["laser"] == "--laser"
+
+
+def test_a_laser_that_leans_is_refused_with_what_would_be_right(tmp_path):
+    path = laser_bag(tmp_path / "a", bags.mounted(0.2, 0.0, 0.0, 0.5 * np.pi))
+    with pytest.raises(InputError, match=r"leans by 90 degrees, by /tf_static .base_link to laser.; say .* --laser"):
+        load_recording(path)
+    assert load_recording(path, Topics(laser=parse_laser("0.2,0,0"))).laser is not None
+
+
+@pytest.mark.parametrize("text", ["", "1", "0.2,0", "0.2,0,nan", "0.2,0,0,45", "9,0,0", "a,b,c", "0.2,0,0,180,1"])
+def test_a_laser_that_makes_no_sense_is_refused(text):
+    with pytest.raises(InputError, match="--laser"):
+        parse_laser(text)
+
+
+def test_the_lasers_option_in_degrees():
+    assert parse_laser("0.27,-0.02,180") == pytest.approx((0.27, -0.02, np.pi, False))
+    assert parse_laser("0.27, 0, 90, 180") == pytest.approx((0.27, 0.0, 0.5 * np.pi, True))
+    assert parse_laser("0,0,0,-180").upside_down
+
+
+@pytest.mark.parametrize("factor", [180.0 / np.pi, 200.0])
+def test_steering_in_degrees_or_percent_is_said_and_not_used(tmp_path, factor):
+    items = bags.entries()
+    for item in items:
+        if item.topic == "/drive":
+            item.message.drive.steering_angle = 0.05 * factor
+    recording = load_recording(bags.write_rosbag2(tmp_path / "a", items))
+    assert "60 of 60 steering angles of /drive are above 1 rad" in remarks(recording)
+    assert "degrees or percent, not radians; none is used" in remarks(recording)
+    assert recording.sources["steering_angle"] == "none"
+    assert np.all(recording.steering_angle == 0.0)
+    assert recording.commands is not None
+    assert np.all(np.isnan(recording.commands.steering_angle))
+    assert np.all(recording.commands.speed == bags.SPEED)
+
+
+def test_a_single_angle_that_no_car_steers_is_dropped(tmp_path):
+    items = bags.entries(200)
+    items[-1].message.drive.steering_angle = 3.0
+    recording = load_recording(bags.write_rosbag2(tmp_path / "a", items))
+    assert "1 of 200 steering angles of /drive are above 1 rad: these were dropped" in remarks(recording)
+    assert recording.steering_angle == pytest.approx(np.full(200, 0.05))
+
+
+def test_steering_of_a_numpy_file_in_degrees_is_not_used_either(tmp_path):
+    good = {"ranges": np.ones((5, 271), dtype=np.float32), "angle_min": -2.3, "angle_increment": 0.017}
+    np.savez(tmp_path / "a.npz", **good, speed=np.full(5, 2.0), steer=np.full(5, 12.0))
+    recording = load_recording(tmp_path / "a.npz")
+    assert "5 of 5 steering angles of steer are above 1 rad" in remarks(recording)
+    assert recording.sources["steering_angle"] == "none"
+
+
+def shifted(items: list[bags.Entry], topic: str, by: int) -> list[bags.Entry]:
+    """The stamps of a topic on another clock: [ns] later."""
+    for item in items:
+        if item.topic == topic:
+            stamp = item.message.header.stamp
+            stamp.sec, stamp.nanosec = divmod(stamp.sec * 1_000_000_000 + stamp.nanosec + by, 1_000_000_000)
+    return items
+
+
+@pytest.mark.parametrize("topic", ["/scan", "/odom"])
+def test_clocks_that_differ_give_way_to_the_times_of_logging(tmp_path, topic):
+    items = bags.entries()
+    for i, item in enumerate(one for one in items if one.topic == "/odom"):
+        item.message.twist.twist.linear.x = 1.0 + 0.01 * i
+    path = bags.write_rosbag2(tmp_path / "a", shifted(items, topic, -bags.START * 1_000_000_000 + 77))
+    recording = load_recording(path)
+    assert recording.speed == pytest.approx(1.0 + 0.01 * np.arange(60), abs=1e-6)
+    assert np.all(recording.dts == bags.PERIOD)
+    assert "the clocks of /scan and /odom are 1700000000.0 s apart: /odom is put beside the scans by its times of" in (
+        remarks(recording)
+    )
+
+
+def test_a_message_without_a_stamp_is_put_on_a_clock_that_began_at_power_on(tmp_path):
+    kind = bags.ACKERMANN
+    items = shifted(bags.entries(commands=False, odom=False), "/scan", -bags.START * 1_000_000_000)
+    items += [
+        bags.Entry("/cmd", kind, bags.nanoseconds(i), bags.make(kind, 0.001 * i, 0.0, 1.0, 0.0, 0.0)) for i in range(60)
+    ]
+    recording = load_recording(bags.write_rosbag2(tmp_path / "a", items))
+    assert recording.steering_angle == pytest.approx(0.001 * np.arange(60), abs=1e-6)
+
+
+def test_a_scan_is_of_the_moment_of_its_last_ray(tmp_path):
+    items = bags.entries()
+    for i, item in enumerate(items):
+        if item.topic == "/scan":
+            item.message.time_increment = 0.02 / 270
+        elif item.topic == "/odom":
+            item.message.twist.twist.linear.x = 1.0 + i // 3
+    recording = load_recording(bags.write_rosbag2(tmp_path / "a", items))
+    assert recording.start == pytest.approx(bags.START + 0.02, abs=1e-6)
+    assert recording.speed[:-1] == pytest.approx(1.0 + np.arange(59) + 0.02 / bags.PERIOD, abs=1e-4)
+    # A sweep that takes longer than the scans are apart cannot be.
+    for item in items:
+        if item.topic == "/scan":
+            item.message.time_increment = 0.1 / 270
+    assert load_recording(bags.write_rosbag2(tmp_path / "b", items)).start == bags.START
+
+
+def test_a_reindexed_bag_without_its_storages_name_is_read(tmp_path):
+    for storage in ("sqlite3", "mcap"):
+        path = bags.write_rosbag2(tmp_path / storage, bags.entries(), storage)
+        about = path / "metadata.yaml"
+        about.write_text(about.read_text().replace(f"storage_identifier: {storage}", "storage_identifier: ''"))
+        assert len(load_recording(path)) == 60
+
+
+def test_messages_that_are_compressed_are_read_without_metadata(tmp_path):
+    path = bags.write_rosbag2(tmp_path / "a", bags.entries(), compression=CompressionMode.MESSAGE)
+    (path / "metadata.yaml").unlink()
+    assert len(load_recording(path)) == 60
+    file = next(iter(path.iterdir()))
+    assert len(load_recording(file.rename(tmp_path / "single.db3"))) == 60
+
+
+def test_the_bag_of_a_recorder_that_was_killed_is_read(tmp_path):
+    path = bags.write_bag(tmp_path / "a.bag", bags.entries(ros1=True)).rename(tmp_path / "a.bag.active")
+    recording = load_recording(path)
+    assert (len(recording), recording.name) == (60, "a")
+
+
+@pytest.mark.parametrize("kind", ["db3", "mcap"])
+def test_a_single_compressed_file_is_read(tmp_path, kind):
+    whole = bags.WRITERS[kind](tmp_path)
+    for ending in ("zstd", "zst"):
+        path = tmp_path / f"a.{kind}.{ending}"
+        path.write_bytes(zstandard.ZstdCompressor().compress(whole.read_bytes()))
+        recording = load_recording(path)
+        assert (len(recording), recording.name) == (60, "a")
+    path.write_bytes(path.read_bytes()[:200])
+    with pytest.raises(InputError, match="cannot be unpacked: it is cut off or damaged"):
+        load_recording(path)
+    path.write_bytes(b"hello")
+    with pytest.raises(InputError, match="not compressed by zstd"):
+        load_recording(path)
 
 
 def test_types_that_nobody_knows_do_not_matter(tmp_path):
@@ -423,9 +649,24 @@ def test_a_real_rosbag_and_its_numpy_copy_are_one_recording():
 
 
 @needs_scans
-def test_a_real_rosbag_with_three_commands_asks_which():
-    with pytest.raises(InputError, match="has 3 AckermannDriveStamped topics: /vesc/high_level/input/nav_0"):
-        load_recording(SCANS / "sinside_corner_1_speed_1" / "rosbag2")
+def test_a_real_rosbag_with_several_commands_gives_those_that_reached_the_car():
+    recording = load_recording(SCANS / "sinside_corner_1_speed_1" / "rosbag2")
+    assert recording.topics["drive"] == "/vesc/low_level/ackermann_cmd"
+    assert "of 3 AckermannDriveStamped topics /vesc/low_level/ackermann_cmd was taken" in remarks(recording)
+
+
+@needs_scans
+def test_the_real_bag_of_another_stack_plays_without_options():
+    recording = load_recording(SCANS.parent / "more" / "scans" / "uos_lab_233131" / "2024-11-23-23-31-31.bag")
+    assert recording.topics == {
+        "scan": "/scan",
+        "odom": "/car_state/odom",
+        "imu": "/vesc/sensors/imu/raw",
+        "drive": "/vesc/low_level/ackermann_cmd_mux/output",
+        "pose": "/car_state/pose",
+    }
+    assert recording.frame == "map"
+    assert recording.laser == pytest.approx((0.285, 0.0, 0.0, False))
 
 
 @needs_scans
@@ -434,7 +675,7 @@ def test_real_recordings_with_poses_have_them_in_the_map(name, scans, laser_x):
     recording = load_recording(SCANS / name / f"{name}.npz")
     assert len(recording) == scans
     assert recording.frame == "map"
-    assert recording.laser_x == laser_x
+    assert recording.laser == (laser_x, 0.0, 0.0, False)
     assert recording.poses is not None
     assert recording.poses.shape == (scans, 3)
     # The speed made from odometry fits the poses of the map.

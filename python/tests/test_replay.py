@@ -14,12 +14,15 @@ import pytest
 
 from firstlap import load_car, load_setup, load_track, race
 from firstlap.continuity import Continuity
+from firstlap.errors import InputError
 from firstlap.explain import explain_recording
 from firstlap.explain_plot import plot_moment
 from firstlap.recordings import Recording, Topics, load_recording
 from firstlap.recordings.body import find_body
+from firstlap.recordings.laser import parse_laser
 from firstlap.replay import Replay
 from firstlap.replay import replay as run_replay
+from firstlap.scan import Mount
 
 SCANS = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "scans"
 needs_scans = pytest.mark.skipif(not SCANS.is_dir(), reason="the real recordings (../shared/data) are not here")
@@ -178,6 +181,17 @@ def test_returns_of_the_car_itself_are_found_and_masked(corridor):
     assert run_replay(seen, own, load_car("default")).body is None
 
 
+def test_the_cars_body_is_found_on_both_sides_wherever_the_scan_begins(corridor):
+    full, half = np.full(720, 3.0, dtype=np.float32), 360
+    full[half - 215 : half - 205] = full[half + 206 : half + 216] = 0.5
+    for seam in (0, 180, half, 600):
+        headers = np.tile([-np.pi + seam * np.pi / 360, np.pi / 360, 0.0, 0.02, 30.0], (len(corridor), 1))
+        found = find_body(replace(corridor, ranges=[np.roll(full, -seam)] * len(corridor), headers=headers),
+                          load_setup("base"))  # fmt: skip
+        assert found is not None
+        assert found.beams == 20
+
+
 def test_a_body_inside_the_setups_mask_needs_none(corridor):
     assert find_body(corridor, load_setup("base")) is None
     assert find_body(with_body(corridor, slice(0, 10), 0.2), load_setup("base")) is None
@@ -186,10 +200,96 @@ def test_a_body_inside_the_setups_mask_needs_none(corridor):
     assert find_body(with_body(still, slice(0, 12), 0.9), load_setup("base")) is None
 
 
-def test_the_lasers_place_comes_from_the_recording_and_is_said(corridor):
-    found = drive(replace(corridor, laser_x=0.15))
-    assert found.driven.setup.get("laser_x") == 0.15
-    assert "the laser stands 0.15 m ahead of base_link, as the recording says" in found.remarks
+def test_the_lasers_place_is_the_cars_unless_the_setup_says_another(corridor):
+    seen = replace(corridor, laser=Mount(0.15, 0.0, 0.0, False))
+    car = drive(seen).car
+    assert car.core.get("geometry", "laser_x") == 0.15
+    assert load_setup("base").params(car.core).get("car", "laser_x") == 0.15
+    own = load_setup("base").with_assignments(["car.laser_x=0.2"])
+    assert own.params(run_replay(seen, own, load_car("default")).car.core).get("car", "laser_x") == 0.2
+    with pytest.raises(InputError, match=r"its laser: .*laser_x.*--laser"):
+        drive(replace(corridor, laser=Mount(1.9, 0.0, 0.0, False)))
+
+
+@pytest.fixture(scope="module")
+def lap(tmp_path_factory: pytest.TempPathFactory) -> Recording:
+    """Four seconds of a race on a track of bends, by a laser that sees all at once."""
+    path = tmp_path_factory.mktemp("lap") / "a.mcap"
+    car = load_car("default")
+    car.core.set("lidar", "sweep_time", 0.0)
+    race(load_track("arena"), "base", car, laps=1, record=path)
+    return load_recording(path).between(0.0, 4.0)
+
+
+MOUNTINGS = {
+    "upside down": (0.27, 0.0, 0.0, 180.0),
+    "turned by a quarter": (0.27, 0.0, 90.0, 0.0),
+    "cable to the rear": (0.27, 0.0, 180.0, 0.0),
+    "both": (0.27, 0.0, -120.0, 180.0),
+}
+
+
+def as_mounted(recording: Recording, mounting: tuple[float, ...], folder: Path, tf: bool = True) -> Path:
+    """The recording as a bag of a car whose laser is mounted so: x, y [m], yaw, roll [degrees]."""
+    x, y, yaw, roll = (*mounting[:2], *np.radians(mounting[2:]))
+    items = [bags.Entry("/tf_static", bags.TF, 0, bags.mounted(x, y, yaw, roll))] if tf else []
+    for i, (ranges, state) in enumerate(zip(recording.ranges, recording.states, strict=True)):
+        now, (first, step) = bags.nanoseconds(i), recording.headers[i, :2]
+        last = first + step * (len(ranges) - 1)
+        first, last, ranges = (
+            (yaw - last, yaw - first, ranges[::-1].copy()) if roll else (first - yaw, last - yaw, ranges)
+        )
+        message = bags.scan(now, ranges)
+        message.angle_min, message.angle_max, message.angle_increment = first, last, step
+        items.append(bags.Entry("/scan", bags.SCAN, now, message))
+        items.append(bags.Entry("/odom", bags.ODOM, now, bags.odometry(now, *state[:2])))
+        items.append(bags.Entry("/drive", bags.DRIVE, now, bags.drive(now, state[0], state[2])))
+    return bags.write_rosbag2(folder, items)
+
+
+@pytest.mark.parametrize("mounting", MOUNTINGS.values(), ids=MOUNTINGS.keys())
+def test_however_the_laser_is_mounted_the_commands_are_the_same(lap, tmp_path, mounting):
+    plain = drive(load_recording(as_mounted(lap, (0.27, 0.0, 0.0, 0.0), tmp_path / "plain")), mask_body=False).driven
+    path = as_mounted(lap, mounting, tmp_path / "mounted")
+    other = drive(load_recording(path), mask_body=False).driven
+    assert np.percentile(np.abs(other.steering_angle - plain.steering_angle), 95) < 0.02
+    assert np.percentile(np.abs(other.speed - plain.speed), 95) < 0.1
+    given = Topics(laser=parse_laser(",".join(map(str, mounting))))
+    without = load_recording(as_mounted(lap, mounting, tmp_path / "without", tf=False), given)
+    assert np.array_equal(drive(without, mask_body=False).driven.steering_angle, other.steering_angle)
+
+
+def test_explain_and_replay_take_the_lasers_option(cli, lap, tmp_path):
+    path = as_mounted(lap, MOUNTINGS["both"], tmp_path / "a", tf=False)
+    found = cli("replay", path, "--laser", "0.27,0,-120,180", "--json").json
+    assert found["sources"]["laser"] == "--laser"
+    assert found["recorded"]["steering_angle"]["median"] < 0.05
+    assert "turned by -120°, upside down" in cli("explain", path, "--laser", "0.27,0,-120,180", "--scan", 9).err
+    said = cli("replay", path, "--laser", "here")
+    assert said.code == 2
+    assert "--laser here: expected X,Y,YAW[,ROLL]" in said.err
+
+
+def test_steering_in_degrees_is_not_compared_with(cli, tmp_path):
+    items = bags.entries()
+    for item in items:
+        if item.topic == "/drive":
+            item.message.drive.steering_angle = 5.0
+    path = bags.write_rosbag2(tmp_path / "a", items)
+    found = cli("replay", path, "--json", "--plot", "a.png").json
+    assert found["recorded"]["steering_angle"] == {"median": None, "p95": None}
+    assert found["recorded"]["speed"]["median"] is not None
+    assert "wheel angle off by not known" in cli("replay", path).out
+
+
+def test_poses_of_odometry_are_said_to_be_none_of_a_map(cli, tmp_path):
+    items = bags.entries()
+    for item in items:
+        if item.topic == "/odom":
+            item.message.header.frame_id = "/odom"
+    said = cli("replay", bags.write_rosbag2(tmp_path / "a", items), "--map", "oval")
+    assert said.code == 2
+    assert "its poses are odometry's (frame 'odom') and not in a map" in said.err
 
 
 def test_a_jump_is_measured_after_the_cars_own_motion():

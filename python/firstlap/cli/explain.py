@@ -16,6 +16,7 @@ from firstlap.cli.recording import (
     DriveTopic,
     ImuTopic,
     KeepBody,
+    LaserOption,
     OdomTopic,
     PoseTopic,
     ScanTopic,
@@ -23,11 +24,11 @@ from firstlap.cli.recording import (
     SpeedOption,
     read,
     setup_and_car,
+    topics_of,
 )
 from firstlap.errors import InputError
 from firstlap.explain import Moment
 from firstlap.output import check_writable
-from firstlap.recordings import Topics
 from firstlap.tracks.library import load_track
 
 
@@ -52,6 +53,7 @@ def explain(
     drive_topic: DriveTopic = None,
     pose_topic: PoseTopic = None,
     speed: SpeedOption = None,
+    laser: LaserOption = None,
     car: CarOfRecording = None,
     keep_body: KeepBody = False,
     plot: Annotated[Path, typer.Option("--plot", metavar="FILE", help="Where the picture goes.")] = Path("explain.png"),
@@ -73,7 +75,7 @@ def explain(
             reverse=reverse,
         )
     else:
-        topics = Topics(scan_topic, odom_topic, imu_topic, drive_topic, pose_topic, speed)
+        topics = topics_of(scan_topic, odom_topic, imu_topic, drive_topic, pose_topic, speed, laser)
         recording = read(recording_file, topics)
         chosen, loaded_car, remarks = setup_and_car(recording, driver, setup, changes, car)
         moment = explain_recording(recording, chosen, loaded_car, index, mask_body=not keep_body)

@@ -11,8 +11,17 @@ from rich.table import Table
 
 from firstlap import __version__
 from firstlap.car_file import load_car
-from firstlap.cli.common import CarOption, JsonOption, SetupOption, chosen_setup, console, print_json, progress_bar
-from firstlap.cli.recording import DriveTopic, ImuTopic, OdomTopic, ScanTopic, SpeedOption, read
+from firstlap.cli.common import (
+    CarOption,
+    JsonOption,
+    SetupOption,
+    chosen_setup,
+    console,
+    note,
+    print_json,
+    progress_bar,
+)
+from firstlap.cli.recording import DriveTopic, ImuTopic, LaserOption, OdomTopic, ScanTopic, SpeedOption, read, topics_of
 from firstlap.errors import InputError
 from firstlap.output import check_writable
 from firstlap.text import short_name
@@ -38,6 +47,7 @@ def map_command(
     imu_topic: ImuTopic = None,
     drive_topic: DriveTopic = None,
     speed: SpeedOption = None,
+    laser: LaserOption = None,
     plot: Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Write a picture of the map.")] = None,
     as_json: JsonOption = False,
 ) -> int:
@@ -45,8 +55,9 @@ def map_command(
     from firstlap.mapping.make import MapResult, map_observations, map_track
     from firstlap.mapping.occupancy_map import MAP_SUFFIXES, write_map
     from firstlap.mapping.parameters import map_settings
-    from firstlap.mapping.recording import car_of, check_odometry, is_recording, observations
-    from firstlap.recordings import Topics
+    from firstlap.mapping.recording import check_odometry, observations
+    from firstlap.recordings.laser import car_of
+    from firstlap.recordings.paths import is_recording
 
     check_writable(output, MAP_SUFFIXES)
     check_writable(output.with_suffix(".pgm"), (".pgm",))
@@ -59,7 +70,9 @@ def map_command(
     if is_recording(source):
         if check:
             raise InputError(f"{source}: --check needs a track, whose true walls are known; this is a recording")
-        recording = read(Path(source), Topics(scan_topic, odom_topic, imu_topic, drive_topic, None, speed))
+        recording = read(Path(source), topics_of(scan_topic, odom_topic, imu_topic, drive_topic, None, speed, laser))
+        for remark in recording.remarks:
+            note(remark)
         check_odometry(recording)
     with progress_bar() as bar:
         task = bar.add_task("mapping", total=1.0)

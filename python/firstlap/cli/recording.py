@@ -13,6 +13,7 @@ from firstlap.car_file import Car, load_car
 from firstlap.cli.common import SETUP_HELP, progress_bar
 from firstlap.errors import InputError
 from firstlap.recordings import Recording, Topics, load_recording
+from firstlap.recordings.laser import parse_laser
 from firstlap.setup_file import Setup, choose_setup
 
 ScanTopic = Annotated[str | None, typer.Option("--scan-topic", metavar="TOPIC", help="LaserScan, where there are two.")]
@@ -26,6 +27,14 @@ DriveTopic = Annotated[
 PoseTopic = Annotated[str | None, typer.Option("--pose-topic", metavar="TOPIC", help="Poses, e.g. in a map, or none.")]
 SpeedOption = Annotated[
     float | None, typer.Option("--speed", metavar="M/S", help="For a recording that tells no speed at all; default: 1.")
+]
+LaserOption = Annotated[
+    str | None,
+    typer.Option(
+        "--laser",
+        metavar="X,Y,YAW[,ROLL]",
+        help="Where the laser is mounted, [m], [m], degrees; roll 180: upside down. Default: /tf_static's.",
+    ),
 ]
 SetupOfRecording = Annotated[
     str | None, typer.Option("--setup", metavar="SETUP", help=f"{SETUP_HELP}; else a log's, or the driver's.")
@@ -46,6 +55,19 @@ def read(path: Path, topics: Topics) -> Recording:
     with progress_bar(TextColumn("{task.description}"), BarColumn(), TextColumn("{task.completed} messages")) as bar:
         task = bar.add_task("reading", total=None)
         return load_recording(path, topics, lambda count: bar.update(task, completed=count))
+
+
+def topics_of(
+    scan: str | None,
+    odom: str | None,
+    imu: str | None,
+    drive: str | None,
+    pose: str | None,
+    speed: float | None,
+    laser: str | None,
+) -> Topics:
+    """What the options say of a recording. Raises InputError."""
+    return Topics(scan, odom, imu, drive, pose, speed, None if laser is None else parse_laser(laser))
 
 
 def watched(bar: Progress, description: str, scans: int) -> Callable[[int], object]:

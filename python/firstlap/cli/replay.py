@@ -19,6 +19,7 @@ from firstlap.cli.recording import (
     DriveTopic,
     ImuTopic,
     KeepBody,
+    LaserOption,
     OdomTopic,
     PoseTopic,
     ScanTopic,
@@ -27,6 +28,7 @@ from firstlap.cli.recording import (
     read,
     scans_bar,
     setup_and_car,
+    topics_of,
     watched,
 )
 from firstlap.output import LOGS, check_writable
@@ -59,6 +61,7 @@ def replay(
     drive_topic: DriveTopic = None,
     pose_topic: PoseTopic = None,
     speed: SpeedOption = None,
+    laser: LaserOption = None,
     car: CarOfRecording = None,
     keep_body: KeepBody = False,
     as_json: JsonOption = False,
@@ -67,7 +70,6 @@ def replay(
     from dataclasses import replace
 
     from firstlap.plot import PICTURES
-    from firstlap.recordings import Topics
     from firstlap.recordings.load import load_libraries
     from firstlap.replay import replay as run_replay
 
@@ -77,7 +79,7 @@ def replay(
         check_writable(plot, PICTURES)
     if record:
         check_writable(record, LOGS)
-    topics = Topics(scan_topic, odom_topic, imu_topic, drive_topic, pose_topic, speed)
+    topics = topics_of(scan_topic, odom_topic, imu_topic, drive_topic, pose_topic, speed, laser)
     other = choose_setup(None, against) if against is not None else None
     started = time.perf_counter()
     loaded = read(recording, topics).between(begin, end)

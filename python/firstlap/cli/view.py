@@ -18,15 +18,18 @@ from firstlap.cli.recording import (
     DriveTopic,
     ImuTopic,
     KeepBody,
+    LaserOption,
     OdomTopic,
     PoseTopic,
     ScanTopic,
     SpeedOption,
     read,
     setup_and_car,
+    topics_of,
 )
 from firstlap.cli.ros_arguments import ros_arguments
 from firstlap.errors import InputError, missing_extra
+from firstlap.recordings.paths import KINDS, is_recording
 from firstlap.tracks.library import list_tracks, load_track
 from firstlap.view.conditions import PACE_FIELDS, checked_pace
 
@@ -38,7 +41,6 @@ PORT = 8080
 TRIED = 20
 """Ports from the usual one on, where none was asked for."""
 PACES = PACE_FIELDS.fields[0].range
-RECORDINGS = (".npz", ".mcap", ".db3", ".bag")
 
 
 def view(
@@ -69,6 +71,7 @@ def view(
     drive_topic: DriveTopic = None,
     pose_topic: PoseTopic = None,
     speed: SpeedOption = None,
+    laser: LaserOption = None,
     keep_body: KeepBody = False,
     host: Annotated[
         str, typer.Option("--host", metavar="ADDRESS", help="Where to listen; others than this machine need a token.")
@@ -87,9 +90,8 @@ def view(
         import viser  # noqa: F401
     except ImportError:
         raise missing_extra("firstlap view", "viser", "view") from None
-    from firstlap.recordings import Topics
 
-    topics = Topics(scan_topic, odom_topic, imu_topic, drive_topic, pose_topic, speed)
+    topics = topics_of(scan_topic, odom_topic, imu_topic, drive_topic, pose_topic, speed, laser)
     of_race = {"--seed": seed, "--reverse": reverse or None}
     of_recording = {**_given(topics), "--map": map_path, "--keep-body": keep_body or None}
     of_both = {"--driver": driver, "--setup": setup, "--set": changes, "--car": car, "--pace": pace}
@@ -123,19 +125,23 @@ def is_track(what: str) -> bool:
         return True
     path = Path(what)
     if not path.exists():
-        if path.suffix.lower() in RECORDINGS:
+        if is_recording(path):
             raise InputError(f"{what}: no such recording")
         try:
             load_track(what)
         except InputError as error:
-            raise InputError(f"{error}; a recording is a rosbag2 folder or a file {', '.join(RECORDINGS)}") from None
+            raise InputError(f"{error}; a recording is {KINDS}") from None
     return path.suffix.lower() in (".yaml", ".yml")
 
 
 def _given(topics: Any) -> dict[str, object]:
     """The options that say what is read of a recording."""
     names = ("scan", "odom", "imu", "drive", "pose")
-    return {**{f"--{name}-topic": getattr(topics, name) for name in names}, "--speed": topics.speed}
+    return {
+        **{f"--{name}-topic": getattr(topics, name) for name in names},
+        "--speed": topics.speed,
+        "--laser": topics.laser,
+    }
 
 
 def _refuse(options: Mapping[str, object], where: str) -> None:

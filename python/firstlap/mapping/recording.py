@@ -3,26 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 
-from firstlap import _core
-from firstlap.car_file import Car
 from firstlap.errors import InputError
 from firstlap.mapping.observation import Observation, motion_of
 from firstlap.mapping.poses import between
 from firstlap.recordings import Recording
 from firstlap.scan import Scan
 from firstlap.tracks.track import FloatArray
-
-SUFFIXES = (".npz", ".mcap", ".db3", ".bag")
-
-
-def is_recording(source: str) -> bool:
-    """Whether a command's argument names a recording rather than a track."""
-    path = Path(source)
-    return path.suffix.lower() in SUFFIXES or path.is_dir()
 
 
 def check_odometry(recording: Recording) -> None:
@@ -31,15 +20,6 @@ def check_odometry(recording: Recording) -> None:
         raise InputError(
             f"{recording.source}: no odometry; a map needs the car's speed and yaw rate, or its Ackermann commands"
         )
-
-
-def car_of(recording: Recording, car: Car) -> Car:
-    """The car with its laser where the recording says it is."""
-    if recording.laser_x is None:
-        return car
-    core = _core.Car(car.core)
-    core.set("geometry", "laser_x", recording.laser_x)
-    return Car(car.name, core, car.source)
 
 
 def observations(recording: Recording) -> Iterator[Observation]:

@@ -16,6 +16,7 @@ from firstlap.perception.metrics import Perception, to_world
 from firstlap.perception.seen import Seen
 from firstlap.perception.truth import LEFT, RIGHT, Truth
 from firstlap.racer import Racer
+from firstlap.recordings.laser import car_of
 from firstlap.recordings.recording import Recording
 from firstlap.replay import prepared
 from firstlap.setup_file import Setup
@@ -85,6 +86,7 @@ def measure(
     check_on_map(recording, forward, poses, map_path)
     backward = forward.reversed()
     perception = Perception(forward, tolerance=TOLERANCE)
+    car = car_of(recording, car)
     found = AgainstMap(recording.name, track, setup, car, perception)
     setup, _, _ = prepared(recording, setup, mask_body)
     racer = Racer(setup, car)
@@ -122,9 +124,14 @@ def measure(
 
 def check_on_map(recording: Recording, truth: Truth, poses: FloatArray, map_path: str | Path) -> None:
     """Poses of another map, or of odometry that knows none, would only measure nonsense."""
+    if recording.frame == "odom":
+        raise InputError(
+            f"{recording.name}: its poses are odometry's (frame 'odom') and not in a map, so that they cannot be laid "
+            f"on {map_path}; expected poses of a localiser in that map's frame, see --pose-topic"
+        )
     off = np.array([np.hypot(*(truth.line - pose[:2]).T).min() for pose in poses[:: max(1, len(poses) // 200)]])
     widest = 0.5 * float(truth.width.max()) + 0.3
-    if recording.frame == "odom" or np.mean(off > widest) > 0.2:
+    if np.mean(off > widest) > 0.2:
         raise InputError(
             f"{recording.name}: its poses (frame '{recording.frame}') do not lie on the track of {map_path}: "
             f"{np.median(off):.1f} m from its line in the median; expected poses in that map's frame"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -12,14 +12,18 @@ import numpy.typing as npt
 from firstlap.errors import InputError
 from firstlap.recordings import topics as types
 from firstlap.recordings.about import RECORD, About
-from firstlap.recordings.clock import Timeline, periods, timeline
-from firstlap.recordings.messages import Stored, Topic, decode
+from firstlap.recordings.clock import Timeline, periods, sweeps, timeline
+from firstlap.recordings.laser import OPTION, UNKNOWN, Mounting, mounting_by_frames, turned
+from firstlap.recordings.log_messages import BASE
+from firstlap.recordings.messages import TRANSFORMS, Stored, Topic, decode
+from firstlap.recordings.paths import name_of
 from firstlap.recordings.recording import Recording
-from firstlap.recordings.scans import collect, nanoseconds
-from firstlap.recordings.state import Series, Sources, commands_at, series, states_at
+from firstlap.recordings.scans import Scans, collect, nanoseconds
+from firstlap.recordings.state import Series, Sources, commands_at, in_radians, series, states_at
 from firstlap.recordings.topics import Roles, Topics, choose
 
-WANTED = frozenset(types.SCAN + types.ODOM + types.IMU + types.DRIVE + types.POSE + types.STEERING)
+ROLES = (types.SCAN, types.ODOM, types.IMU, types.DRIVE, types.POSE)
+WANTED = frozenset((*(kind for role in ROLES for kind in role.types), *types.STEERING, *TRANSFORMS))
 MESSAGES_PER_LOOK = 500
 
 Floats = npt.NDArray[np.float64]
@@ -55,7 +59,8 @@ class _Assembly:
 
     def __init__(self, stored: Stored, path: Path, roles: Roles, raw: Raw, wanted: Topics) -> None:
         self.stored, self.path, self.roles, self.raw, self.wanted = stored, path, roles, raw, wanted
-        self.remarks = list(stored.remarks)
+        self.remarks = [*stored.remarks, *roles.remarks]
+        self.known: dict[str, list[tuple[int, Any]]] = {}
 
     def recording(self) -> Recording:
         scans = collect(self.decoded(self.roles.scan))
@@ -63,9 +68,11 @@ class _Assembly:
         if not scans.ranges:
             raise InputError(f"{self.path}: no scan of {self.roles.scan.name} can be read ({'; '.join(self.remarks)})")
         self.check_counts()
-        line = timeline(scans.stamped, scans.logged)
-        self.remarks += line.remarks
         about = self.about()
+        line = timeline(_ended(scans, about), scans.logged)
+        self.remarks += line.remarks
+        mounting = self.mounting(scans.frame, about)
+        self.remarks += mounting.remarks
         origin = int(line.times[0])
         times = (line.times - origin) / 1e9
         held = self.sources(line, origin)
@@ -78,19 +85,19 @@ class _Assembly:
         if whole < len(times):
             self.remarks.append("the last scan's command and measurements are cut off: it was left out")
         recording = Recording(
-            name=self.path.name if self.path.is_dir() else self.path.stem,
+            name=name_of(self.path),
             source=str(self.path),
             ranges=scans.ranges,
-            headers=_exact(scans.headers, about),
+            headers=turned(_exact(scans.headers, about), mounting.mount),
             start=origin / 1e9,
             stamps=times,
             dts=periods(line.times, *((about.scan_period, about.first_dt) if about else ())),
             states=found.states,
-            sources=found.sources,
+            sources={**found.sources, "laser": mounting.source},
             commands=commands_at(times, held.commands),
             poses=poses,
             frame=self.frame if poses is not None else "",
-            laser_x=float(about.car.core.get("geometry", "laser_x")) if about else None,  # type: ignore[arg-type]
+            laser=mounting.mount,
             remarks=tuple(self.remarks),
             topics=self.roles.names(),
             about=about,
@@ -101,6 +108,11 @@ class _Assembly:
         """(time of logging, message), in the order of logging; what cannot be decoded is counted."""
         if topic is None:
             return []
+        if topic.name not in self.known:
+            self.known[topic.name] = self._decoded(topic)
+        return self.known[topic.name]
+
+    def _decoded(self, topic: Topic) -> list[tuple[int, Any]]:
         in_order = sorted(self.raw[topic.name], key=lambda pair: pair[0])
         decoded = [(time, decode(topic, data)) for time, data in in_order]
         messages = [(time, message) for time, message in decoded if message is not None]
@@ -124,6 +136,25 @@ class _Assembly:
             self.remarks.append(str(error))
             return None
 
+    def mounting(self, frame: str, about: About | None) -> Mounting:
+        """Where the laser sits; of a log of ours its own car says it. Raises InputError."""
+        if self.wanted.laser is not None:
+            return Mounting(self.wanted.laser, OPTION)
+        if about is not None:
+            return UNKNOWN
+        children = [message.child_frame_id.lstrip("/") for _, message in self.decoded(self.roles.odom)[:1]]
+        static, moving = self.transforms(types.TF_STATIC), self.transforms(types.TF)
+        return mounting_by_frames(static, moving, [BASE, *filter(None, children)], frame.lstrip("/"), str(self.path))
+
+    def transforms(self, name: str) -> Iterator[Any]:
+        """The messages of the topics so called, in any namespace."""
+        for topic in self.stored.topics.values():
+            if topic.type in TRANSFORMS and topic.name.endswith(name):
+                for _, data in self.raw.get(topic.name, ()):
+                    message = decode(topic, data)
+                    if message is not None:
+                        yield message
+
     def sources(self, line: Timeline, origin: int) -> Sources:
         """Every other topic, on the scans' clock."""
 
@@ -131,7 +162,7 @@ class _Assembly:
             messages = self.decoded(topic)
             if topic is None or not messages:
                 return None
-            times = self.times_of(messages, line.by)
+            times = self.times_of(messages, line, topic.name)
             return series(topic.name, (times - origin) / 1e9, np.array([values(message) for _, message in messages]))
 
         roles = self.roles
@@ -140,31 +171,48 @@ class _Assembly:
         if poses is not None:
             poses.values[:, 2] = np.unwrap(poses.values[:, 2])
         moved = poses is not None and bool(np.ptp(poses.values, axis=0).max() > 0.0)
+        commands = in_radians(over_time(roles.drive, _command_of), 1, self.remarks)
         twist = over_time(roles.odom, lambda m: (m.twist.twist.linear.x, m.twist.twist.angular.z))
         return Sources(
             twist=twist,
             turning=over_time(roles.imu, lambda m: (m.angular_velocity.z,)),
-            commands=over_time(roles.drive, _command_of),
+            commands=commands,
             steering=over_time(roles.steering, lambda m: (m.position[0],)),
             poses=poses if moved else None,
             imu_first=self.wanted.imu is not None,
         )
 
     def pose_of(self, message: Any) -> tuple[float, float, float]:
-        self.frame = self.frame or str(message.header.frame_id)
+        self.frame = self.frame or str(message.header.frame_id).lstrip("/")
         pose = message.pose if hasattr(message.pose, "position") else message.pose.pose
         q = pose.orientation
         yaw = np.arctan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
         return pose.position.x, pose.position.y, float(yaw)
 
-    @staticmethod
-    def times_of(messages: list[tuple[int, Any]], by: str) -> npt.NDArray[np.int64]:
-        """(M,) [ns]: stamps where the scans go by theirs and these are filled in, else times of logging."""
+    def times_of(self, messages: list[tuple[int, Any]], line: Timeline, topic: str) -> npt.NDArray[np.int64]:
+        """(M,) [ns] on the scans' clock: stamps where the scans go by theirs and these are filled in and of the same
+        clock, else times of logging."""
         logged = np.array([time for time, _ in messages], dtype=np.int64)
-        if by == "log" or not hasattr(messages[0][1], "header"):
-            return logged
+        if line.by == "log" or not hasattr(messages[0][1], "header"):
+            return line.of_logging(logged)
         stamped = np.array([nanoseconds(message.header.stamp) for _, message in messages], dtype=np.int64)
-        return stamped if np.all(np.diff(stamped) >= 0) and len(np.unique(stamped)) * 2 > len(stamped) else logged
+        if np.any(np.diff(stamped) < 0) or len(np.unique(stamped)) * 2 <= len(stamped):
+            return line.of_logging(logged)
+        apart = line.apart(stamped, logged)
+        if apart:
+            scan = self.roles.scan.name
+            self.remarks.append(f"the clocks of {scan} and {topic} are {abs(apart):.1f} s apart: {topic} is put beside "
+                                "the scans by its times of logging")  # fmt: skip
+            return line.of_logging(logged)
+        return stamped
+
+
+def _ended(scans: Scans, about: About | None) -> npt.NDArray[np.int64]:
+    """(N,) [ns] of the last rays by the scans' own stamps; a log of ours was written at them."""
+    if about is not None:
+        return scans.logged
+    beams = [len(one) for one in scans.ranges]
+    return np.asarray(scans.stamped + sweeps(scans.headers[:, 2], beams, scans.stamped))
 
 
 def _whole_scans(times: Floats, commands: Series | None) -> int:

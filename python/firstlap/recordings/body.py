@@ -44,7 +44,8 @@ def find_body(recording: Recording, setup: Setup) -> BodyMask | None:
         return None
     chosen = driving[:: -(-len(driving) // SCANS)]
     angle_min, angle_increment, _, range_min, range_max = recording.headers[chosen[0]]
-    angles = np.abs(angle_min + angle_increment * np.arange(size))
+    beams_at = angle_min + angle_increment * np.arange(size)
+    angles = np.abs(np.remainder(beams_at + np.pi, 2.0 * np.pi) - np.pi)  # wherever the scan begins
     sideways = np.flatnonzero(angles > SIDEWAYS)
     ranges = np.array([recording.ranges[i][sideways] for i in chosen], dtype=np.float64)
     ranges[~((ranges > range_min) & (ranges < range_max))] = np.nan

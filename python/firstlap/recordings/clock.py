@@ -16,28 +16,69 @@ USUAL_PERIOD = 25_000_000
 """[ns] between scans, for a recording of one scan."""
 
 
+CLOCKS_APART = 0.5
+"""[s] between what two clocks say of one moment, from which on they are two clocks; less is a message's way."""
+SWEEP_TOLERANCE = 1.1
+"""Times the period that a sweep may last: periods jitter, and a full circle takes a whole one."""
+
+
 class Timeline(NamedTuple):
-    """times (N,) [ns], increasing; by: "header", "log", or "repaired"; order: of the scans."""
+    """times (N,) [ns] of the scans' last rays, increasing; by: "header", "log", or "repaired".
+
+    logged_ahead: [ns] of the times of logging before `times`, in the median.
+    """
 
     times: Nanoseconds
     by: str
     remarks: list[str]
+    logged_ahead: int = 0
+
+    def of_logging(self, logged: Nanoseconds) -> Nanoseconds:
+        """Times of logging on the scans' clock, where that is another one."""
+        return logged - self.logged_ahead if abs(self.logged_ahead) > CLOCKS_APART * 1e9 else logged
+
+    def apart(self, stamped: Nanoseconds, logged: Nanoseconds) -> float:
+        """[s] of another topic's stamps from the scans' clock; 0 where it is one clock, or nobody can tell."""
+        if len(np.unique(logged)) * 2 <= len(logged):
+            return 0.0
+        apart = (self.logged_ahead - float(np.median(logged - stamped))) / 1e9
+        return apart if abs(apart) > CLOCKS_APART else 0.0
 
 
-def timeline(stamped: Nanoseconds, logged: Nanoseconds) -> Timeline:
-    """The scans' times: their own stamps where those advance, else when they were logged, else put right."""
-    wrong = int(np.count_nonzero(np.diff(stamped) <= 0))
+def sweep(time_increment: float, beams: int, period: float) -> int:
+    """[ns] from a scan's first ray, which its stamp is of, to its last, which the planner takes it to be of.
+
+    time_increment, period: [s]. 0 where a sweep would take longer than the period: then its time_increment is wrong.
+    """
+    lasts = float(np.float32(time_increment)) * (beams - 1)  # as messages hold it
+    return round(lasts * 1e9) if 0.0 < lasts <= SWEEP_TOLERANCE * period else 0
+
+
+def sweeps(time_increments: Floats, beams: list[int], stamped: Nanoseconds) -> Nanoseconds:
+    """(N,) [ns], one each; `sweep`."""
+    steps = np.diff(stamped)
+    period = float(np.median(steps[steps > 0])) / 1e9 if np.any(steps > 0) else USUAL_PERIOD / 1e9
+    each = [sweep(increment, count, period) for increment, count in zip(time_increments, beams, strict=True)]
+    return np.array(each, dtype=np.int64)
+
+
+def timeline(ended: Nanoseconds, logged: Nanoseconds) -> Timeline:
+    """The scans' times: their own where those advance, else when they were logged, else put right.
+
+    ended: (N,) [ns] of the last rays by the scans' own stamps. logged: (N,) [ns].
+    """
+    wrong = int(np.count_nonzero(np.diff(ended) <= 0))
     if not wrong:
-        return Timeline(stamped, "header", _gaps(stamped))
-    standing = int(np.count_nonzero(np.diff(stamped) == 0))
-    said = f"{wrong} of {len(stamped)} stamps do not advance ({standing} stand still, {wrong - standing} jump back)"
+        return Timeline(ended, "header", _gaps(ended), int(np.median(logged - ended)))
+    standing = int(np.count_nonzero(np.diff(ended) == 0))
+    said = f"{wrong} of {len(ended)} stamps do not advance ({standing} stand still, {wrong - standing} jump back)"
     if np.all(np.diff(logged) > 0):
         return Timeline(logged, "log", [f"{said}: the times of logging are used", *_gaps(logged)])
-    steps = np.diff(stamped)
+    steps = np.diff(ended)
     usual = int(np.median(steps[steps > 0])) if np.any(steps > 0) else USUAL_PERIOD
-    times = stamped[0] + np.concatenate([[0], np.cumsum(np.where(steps > 0, steps, usual))])
+    times = (ended[0] + np.concatenate([[0], np.cumsum(np.where(steps > 0, steps, usual))])).astype(np.int64)
     remark = f"{said}, nor do the times of logging: the usual {usual / 1e6:.1f} ms are taken there"
-    return Timeline(times.astype(np.int64), "repaired", [remark, *_gaps(times)])
+    return Timeline(times, "repaired", [remark, *_gaps(times)], int(np.median(logged - times)))
 
 
 def _gaps(times: Nanoseconds) -> list[str]:

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from firstlap.recordings.cdr import NANOSECONDS, SECONDS, Template, mark
+from firstlap.recordings.clock import sweep
 from firstlap.recordings.messages import ACKERMANN, typestore
 from firstlap.step_log import STATUSES
 
@@ -71,17 +72,20 @@ def planar(pose: Floats) -> Floats:
     return flat
 
 
-def scan(time: int, ranges: npt.NDArray[np.float32], header: Floats) -> bytes:
-    """sensor_msgs/LaserScan; its header's numbers become single precision."""
+def scan(time: int, ranges: npt.NDArray[np.float32], header: Floats, scan_time: float) -> bytes:
+    """sensor_msgs/LaserScan; its header's numbers become single precision.
+
+    time: [ns] of the last ray; the message has the first one's, as its definition asks. scan_time: [s] between scans.
+    """
     angle_min, angle_increment, time_increment, range_min, range_max = header.tolist()
     message = make(
         LASER_SCAN,
-        stamped(time, LASER),
+        stamped(time - sweep(time_increment, len(ranges), scan_time), LASER),
         angle_min,
         angle_min + angle_increment * (len(ranges) - 1),
         angle_increment,
         time_increment,
-        time_increment * max(len(ranges) - 1, 0),
+        scan_time,
         range_min,
         range_max,
         ranges,

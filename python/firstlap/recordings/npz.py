@@ -5,6 +5,7 @@ from __future__ import annotations
 import zipfile
 import zlib
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,15 +13,19 @@ import numpy as np
 import numpy.typing as npt
 
 from firstlap.errors import InputError
-from firstlap.recordings.clock import USUAL_PERIOD, periods, timeline
+from firstlap.recordings.clock import USUAL_PERIOD, periods, sweeps, timeline
+from firstlap.recordings.laser import OPTION, UNKNOWN, Mounting, turned
 from firstlap.recordings.messages import check_magic
+from firstlap.recordings.paths import name_of
 from firstlap.recordings.recording import Recording
-from firstlap.recordings.state import Series, Sources, commands_at, series, states_at
+from firstlap.recordings.state import Series, Sources, commands_at, in_radians, series, states_at
 from firstlap.recordings.topics import NONE, Topics
+from firstlap.scan import Mount
 
 Floats = npt.NDArray[np.float64]
 HEADER = {"angle_min": None, "angle_increment": None, "time_increment": 0.0, "range_min": 0.02, "range_max": 30.0}
 """Header fields; None: must be there."""
+LASER_X = "laser_x_in_base"
 ZIP_MAGIC = b"PK\x03\x04"
 STEERING_ONLY = "angular_control"
 """A table of commands with this column beside one that is no speed."""
@@ -43,29 +48,32 @@ def load_npz(path: Path, wanted: Topics) -> Recording:
     _check_header(dict(zip(HEADER, header, strict=True)), path)
     stamps, remarks = _stamps(_per_scan(arrays, "stamps", count, path), count)
     logged = _per_scan(arrays, "bag_stamps", count, path)
+    headers = np.tile(np.array(header), (count, 1))
+    stamps = stamps + sweeps(headers[:, 2], [ranges.shape[1]] * count, _whole(stamps - stamps[0])) / 1e9
     origin = float(stamps[0])
     line = timeline(_whole(stamps - origin), _whole((stamps if logged is None else logged) - origin))
-    remarks += line.remarks
+    mounting = _mounting(arrays, wanted, path)
+    remarks += [*line.remarks, *mounting.remarks]
     times = (line.times - line.times[0]) / 1e9
     held = _sources(arrays, origin, stamps, logged, times, wanted, path)
+    held = replace(held, commands=in_radians(held.commands, 1, remarks), steering=in_radians(held.steering, 0, remarks))
     found = states_at(times, held, wanted.speed)
     poses = _poses(arrays, count, path)
-    laser_x = arrays.get("laser_x_in_base")
     return Recording(
-        name=path.stem,
+        name=name_of(path),
         source=str(path),
         ranges=ranges,  # type: ignore[arg-type]
-        headers=np.tile(np.array(header), (count, 1)),
+        headers=turned(headers, mounting.mount),
         start=origin,
         stamps=times,
         dts=periods(line.times),
         states=found.states,
-        sources=found.sources,
+        sources={**found.sources, "laser": mounting.source},
         commands=commands_at(times, held.commands),
         poses=poses if poses is not None else None if held.poses is None else held.poses.at(times),
         frame="map" if poses is not None else "odom" if held.poses is not None else "",
         odometry=None if held.poses is None else held.poses.at(times),
-        laser_x=None if laser_x is None else float(laser_x),
+        laser=mounting.mount,
         remarks=tuple(remarks + found.remarks),
         topics={"scan": "ranges", **({"drive": held.commands.name} if held.commands else {})},
     )
@@ -83,6 +91,14 @@ def _read(path: Path) -> dict[str, npt.NDArray[Any]]:
     except Exception:  # bytes that are no .npz make the libraries raise anything
         raise InputError(f"{path}: not an .npz recording of scans, or damaged") from None
     return {key: array for key, array in arrays.items() if isinstance(array, np.ndarray)}
+
+
+def _mounting(arrays: Mapping[str, npt.NDArray[Any]], wanted: Topics, path: Path) -> Mounting:
+    if wanted.laser is not None:
+        return Mounting(wanted.laser, OPTION)
+    if LASER_X not in arrays:
+        return UNKNOWN
+    return Mounting(Mount(_single(arrays, LASER_X, None, path), 0.0, 0.0, False), LASER_X)
 
 
 def _ranges(arrays: Mapping[str, npt.NDArray[Any]], path: Path) -> npt.NDArray[np.float32]:

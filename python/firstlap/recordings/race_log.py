@@ -67,6 +67,7 @@ def _batch(
     rows = numbers - known - 1
     return Batch(
         times=np.asarray(np.round(numbers * (about.scan_period or 0.0) * 1e9), dtype=np.int64),
+        scan_time=about.scan_period or 0.0,
         ranges=columns["ranges"],
         headers=np.tile(np.array(about.header), (len(numbers), 1)),
         measured=columns["measured"],

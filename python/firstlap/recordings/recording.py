@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from firstlap.errors import InputError
 from firstlap.recordings.about import About
+from firstlap.scan import Mount
 
 Floats = npt.NDArray[np.float64]
 
@@ -33,14 +34,17 @@ class Recording:
 
     ranges: N arrays of float32 [m]; their length may change from scan to scan. What is not finite or outside of
         (range_min, range_max) is no return.
-    headers: (N, 5) angle_min, angle_increment [rad], time_increment [s], range_min, range_max [m].
-    start: [s] the first scan's stamp as recorded. stamps: (N,) [s] since then, increasing.
+    headers: (N, 5) angle_min, angle_increment [rad], time_increment [s], range_min, range_max [m]; the angles as of a
+        laser that looks ahead, whatever its mounting.
+    start: [s] of the first scan's last ray, by the clock of the recording. stamps: (N,) [s] of each since then,
+        increasing.
     dts: (N,) [s] since the scan before.
     states: (N, 3) measured speed [m/s], yaw rate [rad/s], wheel angle [rad].
-    sources: of "speed", "yaw_rate" and "steering_angle": what they were taken from, or "none" where they are zero.
+    sources: of "speed", "yaw_rate" and "steering_angle": what they were taken from, or "none" where they are zero; of
+        "laser": who said where it is mounted.
     poses: (N, 3) x, y, yaw of base_link in `frame`, or None. frame: "map", "odom" or what the recording calls it.
     odometry: (N, 3) x, y, yaw of base_link by odometry alone, where it is known beside poses in a map.
-    laser_x: [m] of the laser ahead of base_link, where the recording says it.
+    laser: where it is mounted, where the recording or a person says it; `headers` are turned by it already.
     remarks: one line each: what was wrong, dropped or assumed.
     about: for a log of ours, what it says of itself.
     """
@@ -58,7 +62,7 @@ class Recording:
     poses: Floats | None = None
     frame: str = ""
     odometry: Floats | None = None
-    laser_x: float | None = None
+    laser: Mount | None = None
     remarks: tuple[str, ...] = ()
     topics: dict[str, str] = field(default_factory=dict)
     about: About | None = None

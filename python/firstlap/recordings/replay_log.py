@@ -32,6 +32,7 @@ class Log:
         )
         self._recording = recording
         self.writer = LogWriter(path, about)
+        self._scan_time = about.scan_period or float(np.median(recording.dts))
         self._times = round(recording.start * 1e9) + np.asarray(np.round(recording.stamps * 1e9), dtype=np.int64)
 
     def put(self, part: slice, columns: Columns) -> None:
@@ -43,6 +44,7 @@ class Log:
         self.writer.put(
             Batch(
                 times=self._times[part],
+                scan_time=self._scan_time,
                 ranges=recording.ranges[part],
                 headers=recording.headers[part],
                 measured=recording.states[part],

@@ -13,13 +13,14 @@ Nanoseconds = npt.NDArray[np.int64]
 
 
 class Scans(NamedTuple):
-    """ranges: N float32 arrays; headers (N, 5) as of Recording; stamped and logged (N,) [ns]."""
+    """ranges: N float32 arrays; headers (N, 5) as messages have them; stamped, logged (N,) [ns]; frame: the laser's."""
 
     ranges: list[npt.NDArray[np.float32]]
     headers: Floats
     stamped: Nanoseconds
     logged: Nanoseconds
     remarks: list[str]
+    frame: str = ""
 
 
 def collect(messages: list[tuple[int, Any]]) -> Scans:
@@ -49,6 +50,7 @@ def collect(messages: list[tuple[int, Any]]) -> Scans:
         np.array(stamped, dtype=np.int64),
         np.array(logged, dtype=np.int64),
         remarks,
+        str(messages[0][1].header.frame_id) if messages else "",
     )
 
 

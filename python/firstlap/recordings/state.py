@@ -13,6 +13,12 @@ from firstlap.recordings.recording import LONGEST_PAUSE, Commands
 Floats = npt.NDArray[np.float64]
 
 
+STEEPEST = 1.0
+"""[rad] that no steering angle of a car exceeds: what does is in degrees, in percent, or noise."""
+NOISE = 0.01
+"""Share of the angles that may be noise; where more are too large, they are all in another unit."""
+
+
 @dataclass(frozen=True)
 class Series:
     """Values over time: times (M,) [s] increasing, values (M, K)."""
@@ -89,10 +95,10 @@ def states_at(times: Floats, held: Sources, speed: float | None) -> States:
 
 def _add_steering(times: Floats, held: Sources, columns: Floats, sources: dict[str, str]) -> None:
     sources["steering_angle"] = "none"
-    if held.steering is not None:
+    if held.steering is not None and np.all(np.isfinite(held.steering.values)):
         columns[:, 2] = held.steering.at(times)[:, 0]
         sources["steering_angle"] = f"measured ({held.steering.name})"
-    elif held.commands is not None:
+    elif held.commands is not None and np.all(np.isfinite(held.commands.values[:, 1])):
         columns[:, 2] = held.commands.at(times)[:, 1]
         sources["steering_angle"] = f"commands ({held.commands.name})"
 
@@ -133,6 +139,26 @@ def motion_of(poses: Series) -> Series:
     yaw = values[:, 2]
     speed = (moved[:, 0] * np.cos(yaw) + moved[:, 1] * np.sin(yaw)) / step
     return Series(poses.name, times, np.column_stack([speed, moved[:, 2] / step]))
+
+
+def in_radians(series: Series | None, column: int, remarks: list[str]) -> Series | None:
+    """The series without steering angles that are none in radians: of all where it is another unit (then NaN), else
+    without those rows. `column` holds the angles [rad]."""
+    if series is None:
+        return None
+    angles = series.values[:, column]
+    wrong = np.abs(angles) > STEEPEST
+    count = int(np.count_nonzero(wrong))
+    if not count:
+        return series
+    said = f"{count} of {len(wrong)} steering angles of {series.name} are above {STEEPEST:g} rad"
+    if count <= NOISE * len(wrong):
+        remarks.append(f"{said}: these were dropped")
+        return Series(series.name, series.times[~wrong], series.values[~wrong])
+    remarks.append(f"{said}, the largest {np.abs(angles).max():.3g}: degrees or percent, not radians; none is used")
+    values = series.values.copy()
+    values[:, column] = np.nan
+    return Series(series.name, series.times, values)
 
 
 def commands_at(times: Floats, commands: Series | None) -> Commands | None:

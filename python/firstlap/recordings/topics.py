@@ -1,26 +1,91 @@
-"""Which topic is what: found by type, or named."""
+"""Which topic is what: found by type, by the names that are usual, or named by a person."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 from firstlap.errors import InputError
 from firstlap.recordings.messages import Topic
+from firstlap.scan import Mount
 
-SCAN = ("sensor_msgs/msg/LaserScan",)
-ODOM = ("nav_msgs/msg/Odometry",)
-IMU = ("sensor_msgs/msg/Imu",)
-DRIVE = ("ackermann_msgs/msg/AckermannDriveStamped", "ackermann_msgs/msg/AckermannDrive")
-POSE = ("geometry_msgs/msg/PoseStamped", "geometry_msgs/msg/PoseWithCovarianceStamped")
-STEERING = ("sensor_msgs/msg/JointState",)
 NONE = "none"
+TF, TF_STATIC = "/tf", "/tf_static"
+
+
+class Role(NamedTuple):
+    """What a topic can be for. usual: of several topics of its types the first of these names is taken."""
+
+    option: str
+    types: tuple[str, ...]
+    usual: tuple[str, ...]
+    needed: bool = False
+
+
+SCAN = Role("--scan-topic", ("sensor_msgs/msg/LaserScan",), ("/scan",), needed=True)
+ODOM = Role(
+    "--odom-topic",
+    ("nav_msgs/msg/Odometry",),
+    (
+        "/odom",
+        "/car_state/odom",
+        "/early_fusion/odom",
+        "/state_estimation/odom",
+        "/vesc/odom",
+        "/odometry/filtered",
+        "/ego_racecar/odom",
+    ),
+)
+IMU = Role(
+    "--imu-topic",
+    ("sensor_msgs/msg/Imu",),
+    ("/imu", "/imu/data", "/imu/data_raw", "/sensors/imu/raw", "/vesc/sensors/imu/raw"),
+)
+DRIVE = Role(
+    "--drive-topic",
+    ("ackermann_msgs/msg/AckermannDriveStamped", "ackermann_msgs/msg/AckermannDrive"),
+    (
+        # What reached the motor: behind the multiplexers of autonomy and joystick.
+        "/ackermann_cmd",
+        "/ackermann_drive",
+        "/vesc/low_level/ackermann_cmd_mux/output",
+        "/vesc/low_level/ackermann_cmd",
+        "/vesc/ackermann_cmd",
+        # What autonomy asked for.
+        "/drive",
+        "/vesc/high_level/ackermann_cmd_mux/output",
+        "/vesc/high_level/ackermann_cmd",
+        "/vesc/high_level/ackermann_cmd_mux/input/nav_1",
+        "/vesc/low_level/ackermann_cmd_mux/input/navigation",
+        # What a person asked for.
+        "/teleop",
+        "/vesc/low_level/ackermann_cmd_mux/input/teleop",
+    ),
+)
+POSE = Role(
+    "--pose-topic",
+    ("geometry_msgs/msg/PoseStamped", "geometry_msgs/msg/PoseWithCovarianceStamped"),
+    ("/car_state/pose", "/tracked_pose", "/pf/viz/inferred_pose", "/amcl_pose"),
+)
+STEERING = ("sensor_msgs/msg/JointState",)
+NOT_THE_CAR = (
+    "/initialpose",
+    "/goal_pose",
+    "/move_base_simple/goal",
+    "/car_state/odom_frenet",
+    "/car_state/frenet/odom",
+    "/car_state/frenet/pose",
+)
+"""Of a role's type, and never what it wants, unless a person names it: goals, guesses, places along a line."""
 
 
 @dataclass(frozen=True)
 class Topics:
-    """What a person says of a recording. Names of topics: None is to be found, "none" is not to be used."""
+    """What a person says of a recording. Names of topics: None is to be found, "none" is not to be used.
+
+    laser: where it is mounted, whatever the recording says. speed: [m/s] where the recording tells none.
+    """
 
     scan: str | None = None
     odom: str | None = None
@@ -28,12 +93,12 @@ class Topics:
     drive: str | None = None
     pose: str | None = None
     speed: float | None = None
-    """[m/s] where the recording tells none."""
+    laser: Mount | None = None
 
 
 @dataclass(frozen=True)
 class Roles:
-    """The topic of each role; None where there is none."""
+    """The topic of each role; None where there is none. remarks: one line for each choice among several."""
 
     scan: Topic
     odom: Topic | None
@@ -41,32 +106,38 @@ class Roles:
     drive: Topic | None
     pose: Topic | None
     steering: Topic | None
+    remarks: tuple[str, ...] = ()
 
     def names(self) -> dict[str, str]:
         """{role: topic}, those that are there."""
-        return {role: topic.name for role, topic in vars(self).items() if topic is not None}
+        return {role: topic.name for role, topic in vars(self).items() if isinstance(topic, Topic)}
 
 
 def choose(topics: Mapping[str, Topic], wanted: Topics, ours: bool, where: str) -> Roles:
-    """Finds each role's topic among those that hold messages. Raises InputError where it takes a person to choose.
+    """Finds each role's topic among those that hold messages.
 
-    ours: a log of our own writing, whose names are known.
+    ours: a log of our own writing, whose names are known. Raises InputError where it takes a person to choose, with
+    all choices at once.
     """
     truth = topics.get("/ground_truth/odom") if ours else None
     if ours:
         wanted = _ours(wanted, topics)
-    scan = _one(topics, SCAN, wanted.scan, "--scan-topic", where)
+    chooser = _Chooser(topics, where)
+    found = {
+        "scan": chooser.find(SCAN, wanted.scan),
+        "odom": chooser.find(ODOM, wanted.odom),
+        "imu": chooser.find(IMU, wanted.imu),
+        "drive": chooser.find(DRIVE, wanted.drive),
+        "pose": chooser.find(POSE, wanted.pose) if wanted.pose or truth is None else truth,
+    }
+    if chooser.open:
+        raise InputError(f"{where}: has {'; '.join(chooser.open)}")
+    scan = found.pop("scan")
     if scan is None:
         held = ", ".join(sorted({topic.type for topic in topics.values()})) or "no message at all"
         raise InputError(f"{where}: no LaserScan inside; it holds {held[:300]}")
-    return Roles(
-        scan=scan,
-        odom=_one(topics, ODOM, wanted.odom, "--odom-topic", where),
-        imu=_one(topics, IMU, wanted.imu, "--imu-topic", where),
-        drive=_one(topics, DRIVE, wanted.drive, "--drive-topic", where),
-        pose=_one(topics, POSE, wanted.pose, "--pose-topic", where) if wanted.pose or truth is None else truth,
-        steering=topics.get("/joint_states") if ours else None,
-    )
+    steering = topics.get("/joint_states") if ours else None
+    return Roles(scan, **found, steering=steering, remarks=tuple(chooser.remarks))
 
 
 def _ours(wanted: Topics, topics: Mapping[str, Topic]) -> Topics:
@@ -77,28 +148,50 @@ def _ours(wanted: Topics, topics: Mapping[str, Topic]) -> Topics:
     return replace(wanted, **chosen)
 
 
-def _one(
-    topics: Mapping[str, Topic], types: tuple[str, ...], wanted: str | None, option: str, where: str
-) -> Topic | None:
-    if wanted == NONE and option != "--scan-topic":
-        return None
-    candidates = sorted(name for name, topic in topics.items() if topic.type in types)
-    if wanted is not None:
+class _Chooser:
+    """Finds roles' topics. remarks: what was chosen among several. open: what only a person can choose."""
+
+    def __init__(self, topics: Mapping[str, Topic], where: str) -> None:
+        self._topics, self._where = topics, where
+        self.remarks: list[str] = []
+        self.open: list[str] = []
+
+    def find(self, role: Role, wanted: str | None) -> Topic | None:
+        """The role's topic. Raises InputError where `wanted` is none of its type."""
+        if wanted == NONE and not role.needed:
+            return None
+        of_type = sorted(name for name, topic in self._topics.items() if topic.type in role.types)
+        if wanted is not None:
+            return self._named(role, wanted, of_type)
+        candidates = [name for name in of_type if name not in NOT_THE_CAR]
+        if len(candidates) < 2:
+            return self._topics[candidates[0]] if candidates else None
+        return self._usual(role, candidates)
+
+    def _named(self, role: Role, wanted: str, candidates: list[str]) -> Topic:
         for name in (wanted, f"/{wanted}"):
             if name in candidates:
-                return topics[name]
+                return self._topics[name]
         listed = ", ".join(candidates) or "none"
         raise InputError(
-            f"{where}: {option} {wanted[:80]}: not a {_short(types)} topic with messages; those are {listed}"
+            f"{self._where}: {role.option} {wanted[:80]}: not a {_short(role)} topic with messages; those are {listed}"
         )
-    if len(candidates) > 1:
-        unless = "" if option == "--scan-topic" else f", or {option} {NONE}"
-        raise InputError(
-            f"{where}: has {len(candidates)} {_short(types)} topics: {', '.join(candidates)}; "
-            f"choose one with {option}{unless}"
+
+    def _usual(self, role: Role, candidates: list[str]) -> Topic | None:
+        chosen = next((name for name in role.usual if name in candidates), None)
+        if chosen is None:
+            unless = "" if role.needed else f", or {role.option} {NONE}"
+            self.open.append(
+                f"{len(candidates)} {_short(role)} topics: {', '.join(candidates)}; "
+                f"choose one with {role.option}{unless}"
+            )
+            return None
+        others = ", ".join(name for name in candidates if name != chosen)
+        self.remarks.append(
+            f"of {len(candidates)} {_short(role)} topics {chosen} was taken, not {others}: see {role.option}"
         )
-    return topics[candidates[0]] if candidates else None
+        return self._topics[chosen]
 
 
-def _short(types: tuple[str, ...]) -> str:
-    return types[0].rpartition("/")[2]
+def _short(role: Role) -> str:
+    return role.types[0].rpartition("/")[2]

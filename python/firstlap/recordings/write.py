@@ -56,11 +56,13 @@ LATCHED = (
 class Batch:
     """Some scans in a row with what was made of them.
 
-    times: (N,) [ns]; ranges: N arrays; headers (N, 5), measured (N, 3) as of Recording; truth: poses (N, 3) in the map
+    times: (N,) [ns] of the last rays; scan_time: [s] between two scans of the laser; ranges: N arrays; headers (N, 5),
+    measured (N, 3) as of Recording; truth: poses (N, 3) in the map
     with speed and yaw rate (N, 2), or None; columns: of the steps, as of `_core.replay`.
     """
 
     times: npt.NDArray[np.int64]
+    scan_time: float
     ranges: Any
     headers: Floats
     measured: Floats
@@ -187,7 +189,7 @@ class _Log:
         if self._last is None:
             self._put("/tf_static", now, ros.transforms(now, {(ros.BASE, ros.LASER): self._laser}))
         self._dead_reckon(now, speed, yaw_rate)
-        self._put("/scan", now, ros.scan(now, batch.ranges[i], batch.headers[i]))
+        self._put("/scan", now, ros.scan(now, batch.ranges[i], batch.headers[i], batch.scan_time))
         self._put("/odom", now, ros.odometry(now, ros.ODOM, self._odom, speed, yaw_rate))
         self._put("/joint_states", now, ros.joint_state(now, steering_angle))
         frames = {(ros.ODOM, ros.BASE): self._odom}

@@ -17,6 +17,7 @@ from firstlap.drivers.registry import driver_kind
 from firstlap.driving import Driving
 from firstlap.errors import InputError
 from firstlap.parameters import Value
+from firstlap.recordings.laser import car_of
 from firstlap.recordings.recording import Recording
 from firstlap.replay import prepared
 from firstlap.scan import Scan
@@ -117,13 +118,13 @@ class RecordingSource(Holding):
     ) -> None:
         if not len(recording):
             raise InputError(f"{recording.name}: has no scan to show")
-        self.recording, self.car, self.track = recording, car, track
+        self.recording, self.car, self.track = recording, car_of(recording, car), track
         self.title = recording.name
         self.scans = len(recording)
         self.scenery = Scenery() if track is None else scenery_of(track)
         self._mask_body = mask_body
         super().__init__(self._prepared(setup))
-        self._planner = Planner(recording, self._setup, car)
+        self._planner = Planner(recording, self._setup, self.car)
         self._before: Planner | None = None
         self._laps = laps_of(recording)
         self._pace = checked_pace(pace)

@@ -1,0 +1,121 @@
+"""Where a recording's laser is mounted: as a person says, or as /tf_static and /tf do, like the driving node."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from firstlap import _core
+from firstlap.car_file import CAR_FIELDS, Car
+from firstlap.errors import InputError
+from firstlap.frames import Frames, mount_of, placed
+from firstlap.recordings.recording import Recording
+from firstlap.scan import Mount
+
+OPTION = "--laser"
+EXPECTED = "X,Y,YAW[,ROLL]: meters ahead and left of base_link, degrees; ROLL 180 where it hangs upside down"
+FURTHEST = 2.0
+"""[m] from base_link that the laser of a car of this size may sit."""
+LOOKED_AT = 500
+"""Messages of /tf that are looked through where /tf_static does not say it."""
+
+Floats = npt.NDArray[np.float64]
+
+
+class Mounting(NamedTuple):
+    """mount: None where nothing is known of it. source: who said so."""
+
+    mount: Mount | None
+    source: str
+
+    @property
+    def remarks(self) -> list[str]:
+        """What is known, in one line."""
+        if self.mount is None:
+            return []
+        return [f"the laser sits {described(self.mount)}, by {self.source}"]
+
+
+UNKNOWN = Mounting(None, "the car's parameters")
+
+
+def described(mount: Mount) -> str:
+    """In words and degrees."""
+    aside = f" and {abs(mount.y):g} m {'left' if mount.y > 0.0 else 'right'}" if round(mount.y, 3) else ""
+    turned = f", turned by {math.degrees(mount.yaw):.0f}°" if abs(mount.yaw) > math.radians(0.5) else ""
+    return f"{mount.x:g} m ahead{aside} of base_link{turned}{', upside down' if mount.upside_down else ''}"
+
+
+def parse_laser(text: str) -> Mount:
+    """Of `--laser`. Raises InputError."""
+    try:
+        numbers = [float(part) for part in text.split(",")]
+    except ValueError:
+        numbers = []
+    if len(numbers) not in (3, 4) or not all(map(math.isfinite, numbers)):
+        raise InputError(f"{OPTION} {text[:60]}: expected {EXPECTED}")
+    x, y, yaw, roll = (*numbers, 0.0)[:4]
+    if math.hypot(x, y) > FURTHEST:
+        raise InputError(f"{OPTION} {text[:60]}: {math.hypot(x, y):g} m from base_link; allowed is {FURTHEST:g} m")
+    try:
+        return mount_of(placed(x, y, math.radians(yaw), math.radians(roll)))
+    except ValueError as error:
+        raise InputError(f"{OPTION} {text[:60]}: {error}; expected {EXPECTED}") from None
+
+
+def mounting_by_frames(
+    static: Iterable[Any], moving: Iterable[Any], bases: list[str], frame: str, where: str
+) -> Mounting:
+    """What the frame tree says of the scans' `frame`. Raises InputError where a laser so mounted cannot be used.
+
+    static, moving: messages of /tf_static and /tf. bases: frames that may be the car's, in order.
+    """
+    frames = Frames()
+    for message in static:
+        frames.hear(message)
+    found = _mounting(frames, bases, frame, "/tf_static", where)
+    for _, message in zip(range(LOOKED_AT if found is None else 0), moving, strict=False):
+        frames.hear(message)
+        found = found or _mounting(frames, bases, frame, "/tf", where)
+    return found or UNKNOWN
+
+
+def _mounting(frames: Frames, bases: list[str], frame: str, source: str, where: str) -> Mounting | None:
+    for base in bases:
+        place = frames.find(base, frame)
+        if place is None or base == frame:
+            continue
+        try:
+            return Mounting(mount_of(place), f"{source} ({base} to {frame})")
+        except ValueError as error:
+            raise InputError(
+                f"{where}: {error}, by {source} ({base} to {frame}); say where it is mounted with {OPTION}"
+            ) from None
+    return None
+
+
+def turned(headers: Floats, mount: Mount | None) -> Floats:
+    """(N, 5) headers as of Recording, as a laser that looks ahead would have them."""
+    if mount is None:
+        return headers
+    angles = [mount.turned(angle_min, angle_increment) for angle_min, angle_increment in headers[:, :2].tolist()]
+    return np.column_stack([np.array(angles).reshape(-1, 2), headers[:, 2:]])
+
+
+def car_of(recording: Recording, car: Car) -> Car:
+    """The car with its laser where the recording says it is. Raises InputError where no car has it there."""
+    if recording.laser is None:
+        return car
+    core = _core.Car(car.core)
+    try:
+        for name, value in (("laser_x", recording.laser.x), ("laser_y", recording.laser.y)):
+            if any(field.key == f"geometry.{name}" for field in CAR_FIELDS.fields):
+                core.set("geometry", name, value)
+        core.validate()
+    except ValueError as error:
+        raise InputError(f"{recording.source}: its laser: {error}; say where it is mounted with {OPTION}") from None
+    return Car(car.name, core, car.source)
