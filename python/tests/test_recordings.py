@@ -168,6 +168,9 @@ def test_a_laser_that_nobody_places_or_that_a_person_places(tmp_path):
     path = laser_bag(tmp_path / "a", bags.mounted(0.2, 0.0, np.pi), frame="another")
     unknown = load_recording(path)
     assert unknown.laser is None
+    assert "no transform from base_link to another: the laser is taken to sit as the car's parameters say" in (
+        remarks(unknown)
+    )
     assert unknown.sources["laser"] == "the car's parameters"
     assert unknown.headers[0, 0] == pytest.approx(-0.75 * np.pi)
     given = load_recording(path, Topics(laser=parse_laser("0.1,0,-90")))

@@ -27,14 +27,17 @@ Floats = npt.NDArray[np.float64]
 
 
 class Mounting(NamedTuple):
-    """mount: None where nothing is known of it. source: who said so."""
+    """mount: None where nothing is known of it. source: who said so. missing: the transform that is not there."""
 
     mount: Mount | None
     source: str
+    missing: str = ""
 
     @property
     def remarks(self) -> list[str]:
         """What is known, in one line."""
+        if self.missing:
+            return [f"no transform {self.missing}: the laser is taken to sit as {self.source} say; see {OPTION}"]
         if self.mount is None:
             return []
         return [f"the laser sits {described(self.mount)}, by {self.source}"]
@@ -74,14 +77,16 @@ def mounting_by_frames(
 
     static, moving: messages of /tf_static and /tf. bases: frames that may be the car's, in order.
     """
-    frames = Frames()
+    frames, heard = Frames(), False
     for message in static:
         frames.hear(message)
+        heard = True
     found = _mounting(frames, bases, frame, "/tf_static", where)
     for _, message in zip(range(LOOKED_AT if found is None else 0), moving, strict=False):
         frames.hear(message)
+        heard = True
         found = found or _mounting(frames, bases, frame, "/tf", where)
-    return found or UNKNOWN
+    return found or UNKNOWN._replace(missing=f"from {bases[0]} to {frame}" if heard else "")
 
 
 def _mounting(frames: Frames, bases: list[str], frame: str, source: str, where: str) -> Mounting | None:
