@@ -71,8 +71,6 @@ def map_command(
         if check:
             raise InputError(f"{source}: --check needs a track, whose true walls are known; this is a recording")
         recording = read(Path(source), topics_of(scan_topic, odom_topic, imu_topic, drive_topic, None, speed, laser))
-        for remark in recording.remarks:
-            note(remark)
         check_odometry(recording)
     with progress_bar() as bar:
         task = bar.add_task("mapping", total=1.0)
@@ -112,6 +110,8 @@ def map_command(
     if as_json:
         print_json(found)
     else:
+        for remark in recording.remarks if recording else ():
+            note(remark)
         _print(found, picture, plot)
     return 0
 
