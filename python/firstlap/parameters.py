@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from firstlap.errors import InputError
-from firstlap.tracks.map_header import parse_mapping, read_text
+from firstlap.yaml_text import parse_mapping, read_text
 
 Value = float | int | bool
 Values = dict[tuple[str, str], Value]

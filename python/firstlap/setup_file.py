@@ -12,7 +12,7 @@ from firstlap import _core
 from firstlap.drivers.registry import DRIVERS, Params, driver_kind
 from firstlap.errors import InputError
 from firstlap.parameters import FieldTable, Value, Values, says_something
-from firstlap.tracks.map_header import parse_mapping, read_text
+from firstlap.yaml_text import parse_mapping, read_text
 
 LOCAL = "local"
 SETUP_FIELDS = DRIVERS[LOCAL].fields

@@ -6,7 +6,7 @@ from pathlib import Path
 
 UNKNOWN = "not known"
 """What stands where nothing was measured."""
-ENDINGS = (".yaml", ".yml", ".npz", ".mcap", ".bag", ".db3", ".zstd", ".zst", ".active")
+ENDINGS = (".yaml", ".yml", ".csv", ".npz", ".mcap", ".bag", ".db3", ".zstd", ".zst", ".active")
 
 
 def printable(text: str) -> str:

@@ -207,7 +207,7 @@ def test_the_direction_is_counter_clockwise_unless_the_start_says_otherwise(tmp_
         (HEADER.replace("0.05", ".nan"), "resolution"),
         (HEADER.replace("0.05", "1e300"), "resolution"),
         (HEADER.replace("0.05", "50"), "resolution"),
-        (HEADER.replace("0.05", "1" * 5000), "resolution|not YAML"),
+        (HEADER.replace("0.05", "1" * 5000), "5000 characters; at most 3000"),
         (HEADER.replace("[-1.0, -2.0, 0.0]", "[1, 2]"), "three numbers"),
         (HEADER.replace("[-1.0, -2.0, 0.0]", "[1, 2, .inf]"), "finite"),
         (HEADER.replace("[-1.0, -2.0, 0.0]", "null"), "three numbers"),
@@ -330,3 +330,53 @@ def test_a_large_map_is_read_in_bounded_time(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"closed loop|too large"):
         load_ros_map(path)
     assert time.perf_counter() - begin < 60.0
+
+
+MORE = MAPS.parent / "more" / "maps"
+
+
+@pytest.mark.skipif(not MORE.is_dir(), reason="the maps of other teams (../shared/data) are not here")
+@pytest.mark.parametrize("name", ["hall_0822", "hangeong", "lobby_0723", "lobby_0728", "lobby_0730", "lobby_0731"])
+def test_a_map_with_crossed_thresholds_is_the_track_that_map_server_shows(name: str) -> None:
+    published = load_ros_map(MORE / f"ssu_{name}" / f"ssu_{name}.yaml")
+    mended = load_ros_map(MORE / f"ssu_{name}" / f"ssu_{name}_fixed.yaml")
+    assert published.length == pytest.approx(mended.length, rel=0.01)
+    assert any("above occupied_thresh" in note for note in published.notes)
+    assert not any("above occupied_thresh" in note for note in mended.notes)
+
+
+def test_crossed_thresholds_are_asked_for_occupied_first(tmp_path: Path) -> None:
+    crossed = HEADER.replace("0.65", "0.065").replace("0.196", "0.25")
+    grays = drawn(paper=205, infield=225, track=254)
+    is_the_oval(load_ros_map(write(tmp_path, grays, crossed)))  # 225: below free_thresh, and above occupied_thresh
+
+
+def carved(image: Image.Image, alpha: int) -> Image.Image:
+    """With that opacity wherever it is black."""
+    shown = image.convert("RGBA")
+    shown.putalpha(image.point(lambda level: 255 if level else alpha))
+    return shown
+
+
+@pytest.mark.parametrize("alpha", [0, 100, 255])
+def test_what_is_transparent_around_a_white_track_is_not_free(tmp_path: Path, alpha: int) -> None:
+    is_the_oval(load_ros_map(write(tmp_path, carved(drawn(), alpha))))
+    is_the_oval(load_ros_map(write(tmp_path, carved(drawn(), alpha), HEADER + "mode: scale\n")))
+
+
+def test_a_drawing_on_nothing_is_refused_for_its_transparency(tmp_path: Path) -> None:
+    lines = drawn(paper=255, infield=255, track=255, wall=0, pen=3)
+    image = lines.convert("RGBA")
+    image.putalpha(lines.point(lambda level: 0 if level else 255))
+    with pytest.raises(InputError, match="% of the image is transparent, which map_server takes as occupied"):
+        load_ros_map(write(tmp_path, image))
+
+
+def test_grays_of_probability_are_named_where_they_leave_no_track(tmp_path: Path) -> None:
+    rng = np.random.default_rng(1)
+    gray = np.asarray(drawn(paper=128, infield=128, track=254)).copy()
+    inside = gray == 254
+    gray[inside] = rng.integers(150, 200, inside.sum())  # as Cartographer draws what it saw free a few times
+    with pytest.raises(InputError, match=r"Cartographer.*free_thresh 0.45 would take them as free"):
+        load_ros_map(write(tmp_path, Image.fromarray(gray)))
+    is_the_oval(load_ros_map(write(tmp_path, Image.fromarray(gray), HEADER.replace("0.196", "0.45"))))

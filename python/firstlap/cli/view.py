@@ -30,7 +30,7 @@ from firstlap.cli.recording import (
 from firstlap.cli.ros_arguments import ros_arguments
 from firstlap.errors import InputError, missing_extra
 from firstlap.recordings.paths import KINDS, is_recording
-from firstlap.tracks.library import list_tracks, load_track
+from firstlap.tracks.library import TRACK_FILES, list_tracks, load_track
 from firstlap.view.conditions import PACE_FIELDS, checked_pace
 
 if TYPE_CHECKING:
@@ -131,7 +131,7 @@ def is_track(what: str) -> bool:
             load_track(what)
         except InputError as error:
             raise InputError(f"{error}; a recording is {KINDS}") from None
-    return path.suffix.lower() in (".yaml", ".yml")
+    return path.suffix.lower() in TRACK_FILES
 
 
 def _given(topics: Any) -> dict[str, object]:

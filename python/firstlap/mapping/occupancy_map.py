@@ -15,9 +15,10 @@ from firstlap.mapping.parameters import MapSettings
 from firstlap.mapping.poses import transform
 from firstlap.mapping.slam import Keyframe
 from firstlap.output import check_writable, write_together
-from firstlap.tracks.map_header import parse_ros_map_yaml, read_text
+from firstlap.tracks.map_header import parse_ros_map_yaml
 from firstlap.tracks.map_image import UNKNOWN_GRAY, free_pixels, occupied_pixels, read_gray
 from firstlap.tracks.track import FloatArray
+from firstlap.yaml_text import read_text
 
 FREE, OCCUPIED, UNKNOWN = 0, 1, 2
 GRAY = np.array([254, 0, UNKNOWN_GRAY], dtype=np.uint8)
@@ -140,7 +141,7 @@ def read_map(path: str | Path) -> OccupancyMap:
     """Any ROS map (YAML and image) as cells. Raises InputError."""
     path = Path(path)
     header = parse_ros_map_yaml(read_text(path), str(path))
-    gray = read_gray(path.parent / header.image)
+    gray = read_gray(path.parent / header.image, header.mode)
     cells = np.full(gray.shape, UNKNOWN, dtype=np.uint8)
     cells[free_pixels(gray, header, [])] = FREE
     cells[occupied_pixels(gray, header)] = OCCUPIED

@@ -17,8 +17,8 @@ from firstlap.errors import InputError
 from firstlap.output import check_writable, write_whole
 from firstlap.raceline.corridor import Corridor
 from firstlap.raceline.line import RaceLine, check_clear, line_through
-from firstlap.tracks.map_header import read_text
 from firstlap.tracks.track import FloatArray, Track
+from firstlap.yaml_text import read_text
 
 SUFFIXES = (".csv",)
 COLUMNS = "s_m; x_m; y_m; psi_rad; kappa_radpm; vx_mps; ax_mps2"
@@ -41,7 +41,7 @@ def write_line(line: RaceLine, path: str | FilePath) -> None:
 def read_line(path: str | FilePath) -> RaceLine:
     """The line in a file. Raises InputError: what is wrong, and in which row."""
     path = FilePath(path)
-    rows = _rows(read_text(path), str(path))
+    rows = _rows(read_text(path, "a raceline CSV file"), str(path))
     points, speed = rows[:, 1:3], rows[:, 5]
     if np.hypot(*(points[-1] - points[0])) < 1e-3:
         points, speed = points[:-1], speed[:-1]

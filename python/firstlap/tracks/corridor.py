@@ -13,6 +13,23 @@ from firstlap.tracks.track import FloatArray
 STEP = 0.05
 WALL_TOLERANCE = 0.003
 SEAM = 1e-4
+SAME = 1e-3
+"""[m] within which two points are one."""
+LONGEST = 5000.0
+"""[m]"""
+WIDTHS = (0.15, 10.0)
+"""[m] to one side."""
+
+
+def check_line(points: FloatArray, what: str, where: str) -> None:
+    """Raises InputError where points (N, 4 or more), x, y first and widths last, are no line of a track."""
+    steps = np.hypot(*(np.roll(points[:, :2], -1, axis=0) - points[:, :2]).T)
+    if (steps < SAME).any():
+        raise InputError(f"{where}: {what} repeats a point; expected each point once")
+    if steps.sum() > LONGEST:
+        raise InputError(f"{where}: {what} is longer than {LONGEST / 1000:g} km; expected metres")
+    if (points[:, -2:] < WIDTHS[0]).any() or (points[:, -2:] > WIDTHS[1]).any():
+        raise InputError(f"{where}: {what} has a width outside of {WIDTHS[0]} to {WIDTHS[1]:g} m to a side")
 
 
 def spline_line(points: FloatArray) -> FloatArray:
@@ -94,7 +111,7 @@ def corridor_walls(line: FloatArray, where: str) -> tuple[FloatArray, FloatArray
     if len(holes) != 1:
         raise InputError(
             f"{where}: the walls leave {len(holes)} islands; expected 1: "
-            "the track overlaps itself or is too wide for its bends"
+            "the track crosses or overlaps itself, or is too wide for its bends"
         )
     ring = shapely.Polygon(swept.exterior, holes).simplify(WALL_TOLERANCE, preserve_topology=True)
     inner = np.asarray(ring.interiors[0].coords, dtype=np.float64)

@@ -9,8 +9,12 @@ import difflib
 from pathlib import Path
 
 from firstlap.errors import InputError
-from firstlap.tracks.map_header import parse_mapping, read_text
 from firstlap.tracks.track import Track
+from firstlap.yaml_text import parse_mapping, read_text
+
+CENTERLINES = (".csv",)
+TRACK_FILES = (".yaml", ".yml", *CENTERLINES)
+"""How the names of track files, ROS maps and centerlines end."""
 
 
 def tracks_folder() -> Path:
@@ -28,7 +32,7 @@ def list_tracks() -> list[str]:
 
 
 def load_track(spec: str) -> Track:
-    """The track named by `spec`: one of ours, `random:SEED`, or the path of a track file or ROS map YAML.
+    """The track named by `spec`: one of ours, `random:SEED`, or the path of a track file, ROS map or centerline.
 
     Raises InputError when there is no such track or its file is wrong.
     """
@@ -52,9 +56,12 @@ def load_track(spec: str) -> Track:
 
 
 def _load_file(path: Path) -> Track:
+    from firstlap.tracks.centerline_file import load_centerline
     from firstlap.tracks.ros_map import load_ros_map
     from firstlap.tracks.track_file import load_track_file
 
+    if path.suffix.lower() in CENTERLINES:
+        return load_centerline(path)
     data = parse_mapping(read_text(path), str(path))
     return load_ros_map(path) if "image" in data else load_track_file(path)
 

@@ -4,15 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
-import yaml
-
 from firstlap.errors import InputError
-from firstlap.output import check_readable
+from firstlap.yaml_text import parse_mapping
 
-MAX_YAML_BYTES = 1_000_000
 RESOLUTION = (0.002, 0.5)
 FARTHEST = 1e6
 
@@ -29,79 +25,6 @@ class MapHeader:
     free_thresh: float = 0.196
     mode: str = "trinary"
     starting_positions: tuple[tuple[float, float, float], ...] = ()
-
-
-def read_text(path: Path) -> str:
-    """Text of a YAML file; InputError when it is missing, empty, too large or not UTF-8."""
-    try:
-        check_readable(path, "a YAML file")
-        if path.stat().st_size > MAX_YAML_BYTES:
-            raise InputError(f"{path}: larger than 1 MB; expected a YAML file of a few lines")
-        text = path.read_bytes().decode("utf-8-sig")
-    except UnicodeDecodeError:
-        raise InputError(f"{path}: not text; expected a YAML file (give the .yaml, not the image)") from None
-    except (OSError, ValueError) as error:
-        raise InputError(f"{path}: cannot be read ({error})") from None
-    if not text.strip():
-        raise InputError(f"{path}: empty; expected a YAML file")
-    return text
-
-
-def parse_mapping(text: str, where: str) -> dict[str, Any]:
-    """The YAML mapping in `text`; InputError when it is something else or uses aliases (they explode)."""
-    if len(text) > MAX_YAML_BYTES:
-        raise InputError(f"{where}: larger than 1 MB; expected a YAML file of a few lines")
-    try:
-        _refuse_nesting(text, where)
-        if any(isinstance(token, yaml.AliasToken) for token in yaml.scan(text, Loader=yaml.SafeLoader)):
-            raise InputError(f"{where}: YAML aliases (*name) are not read; write the values out")
-        _refuse_duplicates(text, where)
-        data = yaml.safe_load(text)
-    except InputError:
-        raise
-    except yaml.MarkedYAMLError as error:
-        line = f", line {error.problem_mark.line + 1}" if error.problem_mark else ""
-        raise InputError(f"{where}{line}: not YAML ({error.problem or error.context})") from None
-    except (
-        yaml.YAMLError,
-        ValueError,
-        RecursionError,
-        TypeError,
-        KeyError,
-        AttributeError,
-        OverflowError,
-    ) as error:
-        raise InputError(f"{where}: not YAML ({type(error).__name__}: {str(error)[:120]})") from None
-    if not isinstance(data, dict):
-        raise InputError(f"{where}: expected 'key: value' lines, found {type(data).__name__}")
-    return data
-
-
-def _refuse_nesting(text: str, where: str) -> None:
-    """Raises InputError where brackets are opened deeper than any file of ours: PyYAML takes minutes over them."""
-    deepest = 20
-    depth = 0
-    for character in text:
-        depth += (character in "[{") - (character in "]}")
-        if depth > deepest:
-            raise InputError(f"{where}: brackets nested more than {deepest} deep; expected plain lists of numbers")
-
-
-def _refuse_duplicates(text: str, where: str) -> None:
-    """Raises InputError where a key stands twice in one mapping, of which YAML readers silently drop one."""
-    pending = [yaml.compose(text, Loader=yaml.SafeLoader)]
-    while pending:
-        node = pending.pop()
-        if not isinstance(node, yaml.MappingNode):
-            continue
-        seen: set[str] = set()
-        for key, value in node.value:
-            if isinstance(key, yaml.ScalarNode):
-                if key.value in seen:
-                    line = key.start_mark.line + 1
-                    raise InputError(f"{where}, line {line}: '{key.value[:60]}' stands here for the second time")
-                seen.add(key.value)
-            pending.append(value)
 
 
 def parse_ros_map_yaml(text: str, where: str) -> MapHeader:
@@ -121,8 +44,6 @@ def parse_ros_map_yaml(text: str, where: str) -> MapHeader:
     for key, value in (("occupied_thresh", occupied), ("free_thresh", free)):
         if not 0.0 <= value <= 1.0:
             raise InputError(f"{where}: {key} is {value:g}; expected 0 to 1")
-    if free >= occupied:
-        raise InputError(f"{where}: free_thresh {free:g} must be below occupied_thresh {occupied:g}")
     mode = data.get("mode", "trinary")
     if mode not in ("trinary", "scale", "raw"):
         raise InputError(f"{where}: mode is {_short(mode)}; expected trinary, scale or raw")

@@ -15,10 +15,12 @@ from firstlap.tracks.map_header import MapHeader
 MAX_PIXELS = 64_000_000
 MAX_FILE_BYTES = 256_000_000
 UNKNOWN_GRAY = 205
+LIKELY_FREE = 0.45
+"""Occupancy below which a pixel of a map of probabilities may be taken as free: unknown is 0.5."""
 
 
-def read_gray(path: Path) -> npt.NDArray[np.uint8]:
-    """Gray levels (rows, columns), top row first; transparent pixels get the level that maps use for unknown.
+def read_gray(path: Path, mode: str = "trinary") -> npt.NDArray[np.uint8]:
+    """Gray levels (rows, columns), top row first, with what is transparent as map_server takes it in that mode.
 
     Raises InputError for a file that is missing, no image, broken, or larger than `MAX_PIXELS`.
     """
@@ -33,7 +35,7 @@ def read_gray(path: Path) -> npt.NDArray[np.uint8]:
             warnings.simplefilter("ignore")
             with Image.open(path) as image:
                 _check_size(path, image.size)
-                return _to_gray(image)
+                return _to_gray(image, mode)
     except InputError:
         raise
     except MemoryError:
@@ -52,15 +54,38 @@ def _check_size(path: Path, size: tuple[int, int]) -> None:
         raise InputError(f"{path}: {width} x {height} pixels is too small for a map")
 
 
-def _to_gray(image: Image.Image) -> npt.NDArray[np.uint8]:
-    if image.mode in ("1", "L"):
+def _to_gray(image: Image.Image, mode: str) -> npt.NDArray[np.uint8]:
+    if image.mode in ("1", "L") and not _has_alpha(image):
         return np.asarray(image.convert("L"))
     if image.mode.startswith(("I", "F")):
         return _from_numbers(np.asarray(image, dtype=np.float64), image.mode)
     rgba = np.asarray(image.convert("RGBA"))
     gray = rgba[..., :3].mean(axis=2, dtype=np.float32).astype(np.uint8)
-    gray[rgba[..., 3] < 128] = UNKNOWN_GRAY
+    if _has_alpha(image) and mode != "raw":
+        gray = _with_alpha(gray, rgba, mode)
     return np.asarray(gray, dtype=np.uint8)
+
+
+def _has_alpha(image: Image.Image) -> bool:
+    return "A" in image.getbands() or "transparency" in image.info
+
+
+def _with_alpha(gray: npt.NDArray[np.uint8], rgba: npt.NDArray[np.uint8], mode: str) -> npt.NDArray[np.uint8]:
+    """As map_server does: a mean of the colours and the opacity; in mode scale, what is not opaque is unknown."""
+    opaque = rgba[..., 3] == 255
+    if mode == "scale":
+        return np.where(opaque, gray, np.uint8(UNKNOWN_GRAY))
+    shade = np.rint(rgba.mean(axis=2, dtype=np.float32)).astype(np.uint8)
+    # A mean of 205 and full opacity is free for map_server; what a map saver meant is kept.
+    return np.where(opaque & (gray == UNKNOWN_GRAY), gray, shade)
+
+
+def transparent_share(path: Path) -> float:
+    """Share of an image's pixels that are more transparent than not, 0 to 1."""
+    with Image.open(path) as image:
+        if not _has_alpha(image):
+            return 0.0
+        return float((np.asarray(image.convert("RGBA"))[..., 3] < 128).mean())
 
 
 def _from_numbers(values: npt.NDArray[np.float64], mode: str) -> npt.NDArray[np.uint8]:
@@ -75,12 +100,30 @@ def _from_numbers(values: npt.NDArray[np.float64], mode: str) -> npt.NDArray[np.
 
 
 def free_pixels(gray: npt.NDArray[np.uint8], header: MapHeader, notes: list[str]) -> npt.NDArray[np.bool_]:
-    """Free pixels (rows, columns) as map_server decides; unknown is not free."""
-    free = _occupancy(header) < header.free_thresh
+    """Free pixels (rows, columns) as map_server decides, which asks "occupied" first; unknown is not free."""
+    occupancy = _occupancy(header)
+    free = (occupancy < header.free_thresh) & ~(occupancy > header.occupied_thresh)
+    if header.free_thresh > header.occupied_thresh:
+        notes.append(
+            f"free_thresh {header.free_thresh:g} is above occupied_thresh {header.occupied_thresh:g}: as for "
+            "map_server, whatever is above occupied_thresh is occupied"
+        )
     if header.mode != "raw" and not header.negate and free[UNKNOWN_GRAY] and (gray == UNKNOWN_GRAY).any():
         free[UNKNOWN_GRAY] = False
         notes.append(f"gray {UNKNOWN_GRAY} is what map savers write for unknown; not taken as free")
     return np.asarray(free[gray])
+
+
+def between_share(gray: npt.NDArray[np.uint8], header: MapHeader) -> tuple[float, int]:
+    """Share of the pixels, and how many levels of gray, that are more free than not and yet not free, 0 to 1.
+
+    As Cartographer writes maps: each pixel's probability, with 128 where it knows nothing.
+    """
+    occupancy = _occupancy(header)
+    between = (occupancy >= header.free_thresh) & (occupancy < LIKELY_FREE)
+    between[UNKNOWN_GRAY] = False
+    counts = np.bincount(gray.ravel(), minlength=len(occupancy))[between]
+    return float(counts.sum() / gray.size), int((counts > 0).sum())
 
 
 def occupied_pixels(gray: npt.NDArray[np.uint8], header: MapHeader) -> npt.NDArray[np.bool_]:

@@ -10,8 +10,8 @@ import shapely
 
 from firstlap.errors import InputError
 from firstlap.tracks.assemble import CAR_WIDTH, assemble
-from firstlap.tracks.map_header import MapHeader, parse_ros_map_yaml, read_text
-from firstlap.tracks.map_image import free_pixels, read_gray
+from firstlap.tracks.map_header import MapHeader, parse_ros_map_yaml
+from firstlap.tracks.map_image import LIKELY_FREE, between_share, free_pixels, read_gray, transparent_share
 from firstlap.tracks.map_region import (
     Loop,
     Mask,
@@ -23,6 +23,7 @@ from firstlap.tracks.map_region import (
     without_specks,
 )
 from firstlap.tracks.track import FloatArray, Track
+from firstlap.yaml_text import read_text
 
 __all__ = ["load_ros_map", "parse_ros_map_yaml"]
 
@@ -30,6 +31,8 @@ RADII = (0.2, 0.16)
 FINEST = 0.02
 COMFORTABLE_PIXELS = 4_000_000
 MAX_WORKING_PIXELS = 20_000_000
+MANY_PIXELS, MANY_LEVELS = 0.02, 16
+"""Share of an image's pixels, and levels of gray, that can be why it is not understood."""
 
 
 class Grid:
@@ -84,9 +87,12 @@ def load_ros_map(path: str | Path) -> Track:
     header = parse_ros_map_yaml(read_text(path), str(path))
     notes: list[str] = []
     try:
-        gray = read_gray(path.parent / header.image)
+        gray = read_gray(path.parent / header.image, header.mode)
         grid = Grid(np.ascontiguousarray(free_pixels(gray, header, notes)[::-1]), header.resolution, header.origin)
-        return _track_in(grid, header, path, notes)
+        try:
+            return _track_in(grid, header, path, notes)
+        except InputError as error:
+            raise InputError(f"{error}{_cause(gray, header, path.parent / header.image)}") from None
     except MemoryError:
         raise InputError(f"{path}: not enough memory for this map") from None
     except (shapely.errors.ShapelyError, np.linalg.LinAlgError) as error:
@@ -111,6 +117,23 @@ def _track_in(grid: Grid, header: MapHeader, path: Path, notes: list[str]) -> Tr
     loop, start = _choose(loops, grid, header, notes)
     left, right, obstacles = _walls(loop, grid)
     return assemble(path.stem, left, right, obstacles, source=str(path), start=start, notes=notes)
+
+
+def _cause(gray: npt.NDArray[np.uint8], header: MapHeader, image: Path) -> str:
+    """What of the picture may be why there is no track in it; nothing where nothing is conspicuous."""
+    transparent = transparent_share(image)
+    if transparent > MANY_PIXELS:
+        return (
+            f"; {transparent:.0%} of the image is transparent, which map_server takes as occupied or unknown: "
+            "expected a picture without transparency (flattened onto white where that is free)"
+        )
+    share, levels = between_share(gray, header)
+    if share > MANY_PIXELS and levels > MANY_LEVELS:
+        return (
+            f"; {share:.0%} of the image are grays of probability, as Cartographer writes them, lighter than unknown "
+            f"but not below free_thresh {header.free_thresh:g}: free_thresh {LIKELY_FREE:g} would take them as free"
+        )
+    return ""
 
 
 def _plausible_loops(grid: Grid, radius: float) -> list[Loop]:

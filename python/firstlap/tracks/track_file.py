@@ -10,10 +10,11 @@ import shapely
 
 from firstlap.errors import InputError
 from firstlap.tracks.assemble import assemble
-from firstlap.tracks.corridor import corner_line, corridor_walls, spline_line
+from firstlap.tracks.corridor import check_line, corner_line, corridor_walls, spline_line
 from firstlap.tracks.cut_walls import with_low_wall, with_pipes, with_scenery
-from firstlap.tracks.map_header import number, parse_mapping, read_text
+from firstlap.tracks.map_header import number
 from firstlap.tracks.track import FloatArray, Track
+from firstlap.yaml_text import parse_mapping, read_text
 
 KEYS = {
     "name": "the track's name; default: the file's",
@@ -60,7 +61,7 @@ def _walls(data: dict[str, Any], where: str) -> tuple[list[FloatArray], list[Flo
     for i, wall in enumerate(_list(data.get("walls", []), "walls", where)):
         key = f"walls[{i}]"
         fields = _fields(wall, ("side", "points"), key, where)
-        if fields["side"] not in sides:
+        if fields["side"] not in tuple(sides):
             raise InputError(f"{where}: {key}.side is {fields['side']!r}; expected left, right or obstacle")
         points = _table(fields["points"], 2, f"{key}.points", where, least=3)
         closed = points if np.allclose(points[0], points[-1]) else np.vstack([points, points[:1]])
@@ -80,12 +81,7 @@ def _line(data: dict[str, Any], where: str) -> FloatArray:
     points = _table(data[key], columns, key, where, least=3)
     if np.allclose(points[0], points[-1]):
         points = points[:-1]
-    if (np.hypot(*(np.roll(points[:, :2], -1, axis=0) - points[:, :2]).T) < 1e-3).any():
-        raise InputError(f"{where}: {key} repeats a point; expected each point once")
-    if np.hypot(*(np.roll(points[:, :2], -1, axis=0) - points[:, :2]).T).sum() > 5000.0:
-        raise InputError(f"{where}: {key} is longer than 5 km; expected metres")
-    if (points[:, -2:] < 0.15).any() or (points[:, -2:] > 10.0).any():
-        raise InputError(f"{where}: {key} has a width outside of 0.15 to 10 m to a side")
+    check_line(points, key, where)
     if key == "corners" and (points[:, 2] < 0.0).any():
         raise InputError(f"{where}: corners has a negative radius; expected metres, whichever way it turns")
     return corner_line(points, where) if key == "corners" else spline_line(points)
