@@ -19,9 +19,11 @@ from firstlap.compare import Comparison, stamp
 from firstlap.compare_plot import comparison_figure
 from firstlap.compare_record import code_hash, track_hash
 from firstlap.drivers.registry import driver_kind
-from firstlap.output import check_writable, write_whole
+from firstlap.output import check_writable, write_together
 
 REPORTS = (".md", ".html")
+DPI = 110
+"""Of the picture."""
 HEADINGS = (
     "driver", "map", "prep. s", "finished", "best s", "median s", "spread", "mean m/s", "way m", "clear. m",
     "p50 µs", "p99 µs", "late", "relative",
@@ -86,21 +88,15 @@ def order_lines(found: dict[str, Any]) -> list[str]:
 def write_report(comparison: Comparison, path: str | Path, command: str) -> None:
     """Writes the report; a Markdown one puts its picture beside itself. Raises InputError."""
     path = check_writable(path, REPORTS)
-    figure = comparison_figure(comparison)
-    if path.suffix == ".html":
-        picture = io.BytesIO()
-        figure.savefig(picture, format="png", dpi=110)
+    picture = io.BytesIO()
+    comparison_figure(comparison).savefig(picture, format="png", dpi=DPI)
+    if path.suffix.lower() == ".html":
         source = "data:image/png;base64," + base64.b64encode(picture.getvalue()).decode()
-        text = _as_html(comparison, _markdown(comparison, command), source)
-    else:
-        beside = check_writable(path.with_suffix(".png"), (".png",))
-        write_whole(beside, lambda name: figure.savefig(name, dpi=110))
-        text = _markdown(comparison, command).replace("PICTURE", f"![lines, laps and speeds]({beside.name})")
-
-    def write(name: str) -> None:
-        Path(name).write_text(text, encoding="utf-8")
-
-    write_whole(path, write)
+        write_together({path: _as_html(comparison, _markdown(comparison, command), source).encode()})
+        return
+    beside = check_writable(path.with_suffix(".png"), (".png",))
+    text = _markdown(comparison, command).replace("PICTURE", f"![lines, laps and speeds]({beside.name})")
+    write_together({beside: picture.getvalue(), path: text.encode()})
 
 
 def _as_html(comparison: Comparison, markdown: str, picture: str) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import re
 import signal
@@ -144,3 +145,39 @@ def test_a_terminal_that_knows_ascii_only_gets_readable_text(tmp_path: Path) -> 
     assert " us (p50)" in out
     assert "| lap | time s |" in out
     assert "kuche.yaml" in err
+
+
+@pytest.mark.parametrize("closed", ["2>&-", "2>/dev/full", "2>&- <&-"])
+def test_who_does_not_listen_to_remarks_changes_nothing(tmp_path: Path, closed: str) -> None:
+    """The race writes a log, which must not get what was meant for stderr."""
+    (tmp_path / "ring.csv").write_text(
+        "\n".join(f"{30 * math.cos(a / 20)},{30 * math.sin(a / 20)},6,6" for a in range(126))
+    )
+    command = f"{sys.executable} -c 'from firstlap_command import main; main()'"
+    arguments = "race ring.csv --laps 1 --json --record race.mcap"
+    done = subprocess.run(
+        ["sh", "-c", f"{command} {arguments} {closed}"], cwd=tmp_path, stdout=subprocess.PIPE, check=False
+    )
+    assert done.returncode == 0
+    assert json.loads(done.stdout)["outcome"] == "finished"
+    replayed = subprocess.run(
+        ["sh", "-c", f"{command} replay race.mcap --json"], cwd=tmp_path, capture_output=True, check=False
+    )
+    assert replayed.returncode == 0, replayed.stderr
+
+
+def test_two_logs_in_one_file_are_refused(tmp_path: Path) -> None:
+    first = start(tmp_path, "race", "arena", "--laps", "100000", "--record", "race.mcap")
+    deadline = time.monotonic() + 60.0
+    while not (tmp_path / "race.mcap").exists() or not (tmp_path / "race.mcap").stat().st_size:
+        assert first.poll() is None and time.monotonic() < deadline
+        time.sleep(0.02)
+    second = start(tmp_path, "race", "oval", "--laps", "1", "--record", "race.mcap")
+    _, said = second.communicate(timeout=60)
+    assert second.returncode == 2
+    assert said == "error: race.mcap: is being written by another process; expected another file name\n"
+    first.kill()
+    first.communicate(timeout=60)
+    third = start(tmp_path, "race", "oval", "--laps", "1", "--record", "race.mcap")  # the lock died with its holder
+    third.communicate(timeout=60)
+    assert third.returncode == 0

@@ -35,6 +35,7 @@ from firstlap.cli.process import (
     OutputGoneError,
     end_process,
     interrupted,
+    said_or_not,
     silence,
     watch_process,
 )
@@ -116,6 +117,8 @@ def _run(arguments: list[str]) -> int:
 
 def _flushed(code: int) -> int:
     """The exit code after all output is out; 141 where whoever read it has gone, which needs no words."""
+    with said_or_not():
+        sys.stderr.flush()
     try:
         if sys.stdout is not None:
             sys.stdout.flush()

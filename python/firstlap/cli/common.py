@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, Progress, ProgressColumn, TextColumn, TimeRemainingColumn
 
-from firstlap.cli.process import silence
+from firstlap.cli.process import said_or_not
 from firstlap.drivers.registry import DRIVERS
 from firstlap.errors import InputError
 from firstlap.race import OPTION_FIELDS
@@ -21,7 +21,9 @@ from firstlap.setup_file import Setup, choose_setup
 
 TrackArgument = Annotated[
     str,
-    typer.Argument(metavar="TRACK", help="One of ours by name, a track file, random:SEED, or a ROS map YAML."),
+    typer.Argument(
+        metavar="TRACK", help="One of ours by name, a track file, random:SEED, a ROS map YAML, or a centerline CSV."
+    ),
 ]
 DriverOption = Annotated[
     str | None, typer.Option("--driver", metavar="NAME", help=f"{', '.join(DRIVERS)}; default: the setup's.")
@@ -54,10 +56,8 @@ LapsOption = Annotated[int, typer.Option("--laps", min=1, max=100_000, help="Lap
 
 def fail(message: str, code: int) -> int:
     """Says in one line on stderr what was wrong; returns the exit code."""
-    try:
+    with said_or_not():
         print("error: " + " ".join(message.split()), file=sys.stderr, flush=True)
-    except OSError:
-        silence(sys.stderr)
     return code
 
 
@@ -105,4 +105,5 @@ def progress_bar(*columns: str | ProgressColumn) -> Iterator[Progress]:
 
 def note(text: str) -> None:
     """A remark for people, on stderr."""
-    Console(stderr=True, highlight=False, soft_wrap=True).print(f"[dim]{escape(text)}[/dim]")
+    with said_or_not():
+        Console(stderr=True, highlight=False, soft_wrap=True).print(f"[dim]{escape(text)}[/dim]")

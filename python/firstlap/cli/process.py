@@ -124,6 +124,15 @@ def _ascii(character: str) -> str:
     return PLAIN.get(character) or decomposed or "?"
 
 
+@contextlib.contextmanager
+def said_or_not() -> Iterator[None]:
+    """For what is said on stderr beside the result: where nobody takes it, that changes nothing."""
+    try:
+        yield
+    except (OSError, SystemExit):  # SystemExit: rich's own answer to a closed pipe
+        silence(sys.stderr)
+
+
 def silence(stream: Any) -> None:
     """What is still to be flushed to a stream that cannot take it goes nowhere."""
     with contextlib.suppress(OSError, ValueError):

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+import os
 import queue
 import threading
 import time
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 import numpy.typing as npt
 from mcap.writer import CompressionType, Writer
 
 from firstlap.errors import InputError
+from firstlap.file_lock import lock_open_file
 from firstlap.output import LOGS, check_writable
 from firstlap.recordings import log_messages as ros
 from firstlap.recordings.about import RECORD, About
@@ -27,6 +29,8 @@ WAITING = 8000
 """Scans that may wait to be written, about 150 MB: then the race waits too, rather than lose any."""
 FLUSH_EVERY = 0.5
 """[s] at most between two flushes: what is lost when the process is killed."""
+ANYBODY = 0o666
+"""Permissions of a new file, less the process's mask."""
 TOPICS = {
     "/scan": ros.LASER_SCAN,
     "/odom": ros.ODOMETRY,
@@ -73,15 +77,14 @@ class Batch:
 class LogWriter:
     """Writes batches in their order; `close`, or leaving the `with`, waits until all is written.
 
-    A file that could not be written is reported by the next `put` or by `close` as InputError.
+    The file is written as the race goes on, so that what was driven until a crash, or until the disk was full, can be
+    replayed. A file that could not be written is reported by the next `put` or by `close` as InputError, one that
+    another process writes at once.
     """
 
     def __init__(self, path: str | Path, about: About) -> None:
         self.path = check_writable(path, LOGS)
-        try:
-            self._file = self.path.open("wb")
-        except OSError as error:
-            raise InputError(f"{path}: cannot be written ({error.strerror or error})") from None
+        self._file = _open_alone(self.path)
         self._about = about
         self._queue: queue.SimpleQueue[Batch | None] = queue.SimpleQueue()
         self._waiting = 0
@@ -123,7 +126,8 @@ class LogWriter:
 
     def _check(self) -> None:
         if isinstance(self._error, OSError):
-            raise InputError(f"{self.path}: cannot be written ({self._error.strerror or self._error})")
+            reason = self._error.strerror or self._error
+            raise InputError(f"{self.path}: cannot be written ({reason}); the log ends there")
         if self._error is not None:
             raise self._error
 
@@ -147,6 +151,21 @@ class LogWriter:
             with self._room:
                 self._error = error
                 self._room.notify()
+
+
+def _open_alone(path: Path) -> IO[bytes]:
+    """The file, empty, and locked until it is closed; what another process writes stays as it is. Raises InputError."""
+    try:
+        file = os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT, ANYBODY), "wb")
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written ({error.strerror or error})") from None
+    try:
+        lock_open_file(file, path, f"{path}: is being written by another process; expected another file name")
+        file.truncate()
+    except BaseException:
+        file.close()
+        raise
+    return file
 
 
 class _Log:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from functools import lru_cache
 from typing import Any
@@ -101,6 +101,20 @@ class Verdict:
     def to_dict(self) -> dict[str, Any]:
         """As it is kept in the study file."""
         return asdict(self)
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any]) -> Verdict:
+        """The inverse of `to_dict`. Raises TypeError or ValueError where that did not write it."""
+        verdict = cls(**data)
+        numbers = [lap for lap in verdict.laps if lap is not None]
+        numbers += [*verdict.progress, *verdict.clearances, verdict.margin, verdict.driven]
+        if not all(isinstance(number, int | float) for number in numbers):
+            raise TypeError("a number of its verdict is none")
+        if not all(isinstance(text, str) for text in (*verdict.outcomes, verdict.ended)):
+            raise TypeError("a word of its verdict is none")
+        if len(verdict.progress) != len(verdict.laps) or len(verdict.clearances) != len(verdict.laps):
+            raise ValueError("its verdict has not as many laps as races")
+        return verdict
 
 
 @lru_cache(maxsize=4)

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-import fcntl
 import hashlib
 import json
+import os
 import sqlite3
 from collections.abc import Iterator
-from contextlib import ExitStack, closing, contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from firstlap.errors import InputError, missing_extra
+from firstlap.file_lock import locked
+from firstlap.output import check_readable
 from firstlap.parameters import Values
 from firstlap.tracks.track import Track
 from firstlap.tuning.candidate import Verdict
@@ -21,6 +23,10 @@ from firstlap.tuning.space import Space
 ABOUT = "firstlap"
 SQLITE_HEAD = b"SQLite format 3\0"
 OUR_TABLES = {"studies", "trials", "version_info"}
+CANNOT_WRITE = ("disk is full", "disk I/O error", "readonly database", "unable to open", "is locked", "File too large")
+"""What sqlite says where the disk, not the file's content, is at fault."""
+PATIENCE = 20
+"""[s] that is waited for another process that writes the file."""
 
 
 @dataclass(frozen=True)
@@ -41,14 +47,16 @@ class Trial:
 class Study:
     """The trials of one search. What is added is on the disk when `add` returns."""
 
-    def __init__(self, study: Any, space: Space | None = None) -> None:
+    def __init__(self, study: Any, path: Path) -> None:
+        """study: optuna's, in the file `path`. Raises InputError where it cannot be understood."""
         self._study = study
-        self._space = space
+        self._path = path
         self.trials: dict[int, Trial] = {}
-        for stored in study.get_trials(deepcopy=False):
-            trial = _read(stored)
-            if trial:
-                self.trials[trial.number] = trial
+        with _storage_errors(path):
+            for stored in study.get_trials(deepcopy=False):
+                trial = _read(stored, f"{path}: study '{study.study_name}'")
+                if trial:
+                    self.trials[trial.number] = trial
 
     @property
     def name(self) -> str:
@@ -76,19 +84,19 @@ class Study:
         return [self.trials[number] for number in sorted(self.trials)]
 
     def add(self, trial: Trial, space: Space) -> None:
-        """Keeps a finished trial; one that is there already stays as it is."""
+        """Keeps a finished trial; one that is there already stays as it is. Raises InputError."""
         import optuna
 
         if trial.number in self.trials:
             return
-        self._study.add_trial(
-            optuna.trial.create_trial(
-                value=trial.cost,
-                params=_params(trial, space),
-                distributions=_distributions(space),
-                user_attrs=_attributes(trial),
-            )
+        finished = optuna.trial.create_trial(
+            value=trial.cost,
+            params=_params(trial, space),
+            distributions=_distributions(space),
+            user_attrs=_attributes(trial),
         )
+        with _storage_errors(self._path):
+            self._study.add_trial(finished)
         self.trials[trial.number] = trial
 
     def parameters_that_mattered(self) -> dict[str, float]:
@@ -115,49 +123,44 @@ def open_study(path: Path, name: str, about: dict[str, Any]) -> Study:
     """
     check_study_file(path)
     optuna = quiet_optuna()
-    try:
-        storage = optuna.storages.RDBStorage(f"sqlite:///{path}", engine_kwargs={"connect_args": {"timeout": 20}})
+    with _opening(path), _storage_errors(path):
+        storage = optuna.storages.RDBStorage(f"sqlite:///{path}", engine_kwargs={"connect_args": {"timeout": PATIENCE}})
         study = optuna.create_study(storage=storage, study_name=name, load_if_exists=True)
         if not study.user_attrs and not study.get_trials(deepcopy=False):
             study.set_user_attr(ABOUT, about)
         found = study.user_attrs.get(ABOUT)
-    except (optuna.exceptions.StorageInternalError, OSError, sqlite3.Error) as error:
-        raise InputError(f"{path}: cannot be written ({_last_line(error)})") from None
-    except RuntimeError as error:
-        raise InputError(f"{path}: a study file of another version of optuna ({_last_line(error)})") from None
-    if found is None:
+    if not isinstance(found, dict):
         raise InputError(f"{path}: study '{name}' is not one of firstlap's; expected another --name")
     _compare(found, json.loads(json.dumps(about)), path, name)
-    return Study(study)
+    return Study(study, path)
 
 
 def check_study_file(path: Path) -> None:
-    """Raises InputError where the file is there and no study file, or cannot be written."""
+    """Raises InputError where the file is there and no study file, or cannot be written; changes nothing."""
     if path.is_dir():
         raise InputError(f"{path}: is a folder; expected a file name for the studies")
     if not path.parent.is_dir():
         raise InputError(f"{path}: there is no folder {path.parent}")
-    try:
-        new = not path.exists() or path.stat().st_size == 0
-        with path.open("ab"):
-            pass
-        if new:
-            path.unlink()
+    if not os.access(path.parent, os.W_OK) or (path.exists() and not os.access(path, os.R_OK | os.W_OK)):
+        raise InputError(f"{path}: cannot be written")
+    with _opening(path):
+        if not path.exists():
             return
+        check_readable(path, "a file of studies")
         with path.open("rb") as file:
             head = file.read(len(SQLITE_HEAD))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written ({error.strerror})") from None
-    if head != SQLITE_HEAD or not _tables(path) >= OUR_TABLES:
-        raise InputError(f"{path}: is not a file of studies (expected the SQLite file of an earlier `firstlap tune`)")
+        if head and (head != SQLITE_HEAD or not _tables(path) >= OUR_TABLES):
+            raise InputError(
+                f"{path}: is not a file of studies (expected the SQLite file of an earlier `firstlap tune`)"
+            )
 
 
 def study_names(path: Path) -> list[str]:
     """Names of the studies in a file; none where it is not there. Raises InputError."""
     check_study_file(path)
-    if not path.exists():
+    if not path.exists() or path.stat().st_size == 0:
         return []
-    with closing(sqlite3.connect(f"file:{path}?mode=ro", uri=True)) as connection:
+    with _storage_errors(path), closing(sqlite3.connect(f"file:{path}?mode=ro", uri=True)) as connection:
         return [str(row[0]) for row in connection.execute("select study_name from studies order by study_id")]
 
 
@@ -165,17 +168,36 @@ def study_names(path: Path) -> list[str]:
 def only_one(path: Path, name: str) -> Iterator[None]:
     """Holds the study for this process. Raises InputError where another one has it."""
     digest = hashlib.sha256(name.encode()).hexdigest()[:8]
-    lock = path.with_name(f".{path.name}.{digest}.lock")
-    with ExitStack() as held:
-        try:
-            file = held.enter_context(lock.open("w"))
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise InputError(f"{path}: study '{name}' is being tuned by another process") from None
-        except OSError as error:
-            raise InputError(f"{path}: cannot be written ({error.strerror})") from None
-        held.callback(lock.unlink, missing_ok=True)
+    busy = f"{path}: study '{name}' is being tuned by another process"
+    with locked(path, digest, busy):
         yield
+
+
+@contextmanager
+def _opening(path: Path) -> Iterator[None]:
+    """While the file's tables are made or looked at: two processes that begin one file do not meet half of it."""
+    with locked(path, "opening", "", wait=True):
+        yield
+
+
+@contextmanager
+def _storage_errors(path: Path) -> Iterator[None]:
+    """What goes wrong with the file `path`, as InputError."""
+    try:
+        yield
+    except InputError:
+        raise
+    except Exception as error:  # a damaged file makes sqlite, sqlalchemy and optuna raise nearly anything
+        raise InputError(f"{path}: {_what_failed(error)}") from None
+
+
+def _what_failed(error: Exception) -> str:
+    reason = _last_line(error)
+    if isinstance(error, RuntimeError) and "version" in str(error):
+        return f"a study file of another version of optuna ({reason})"
+    if any(word in reason for word in CANNOT_WRITE):
+        return f"cannot be written ({reason})"
+    return f"is damaged, or no study of firstlap's ({type(error).__name__}: {reason})"
 
 
 def track_digest(track: Track) -> str:
@@ -254,22 +276,33 @@ def _attributes(trial: Trial) -> dict[str, Any]:
     }
 
 
-def _read(stored: Any) -> Trial | None:
+def _read(stored: Any, where: str) -> Trial | None:
+    """One trial of optuna's; None where it is none of ours. Raises InputError where it was, and was changed."""
     attributes = stored.user_attrs
     if "verdict" not in attributes or stored.value is None:
         return None
+    try:
+        return Trial(
+            number=int(attributes["number"]),
+            given=_given(attributes["given"]),
+            verdict=Verdict.from_dict(attributes["verdict"]),
+            cost=float(stored.value),
+            start=str(attributes["start"]),
+            seconds=float(attributes["seconds"]),
+        )
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        reason = f"{type(error).__name__}: {error}"[:120]
+        raise InputError(f"{where}: trial {stored.number} is not as firstlap wrote it ({reason})") from None
+
+
+def _given(stored: dict[str, Any]) -> Values:
     given: Values = {}
-    for key, value in attributes["given"].items():
+    for key, value in stored.items():
         section, _, name = key.partition(".")
+        if not isinstance(value, int | float):
+            raise TypeError(f"{key} is {str(value)[:40]}")
         given[section, name] = value
-    return Trial(
-        number=attributes["number"],
-        given=given,
-        verdict=Verdict(**attributes["verdict"]),
-        cost=stored.value,
-        start=attributes["start"],
-        seconds=attributes["seconds"],
-    )
+    return given
 
 
 def _last_line(error: BaseException) -> str:

@@ -1,0 +1,74 @@
+"""A disk that is full: one line, and nothing half-written. Files may not grow here, as on a disk without room."""
+
+from __future__ import annotations
+
+import importlib.util
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+resource = pytest.importorskip("resource", reason="limits of processes are POSIX's")
+WITH_EXTRAS = all(importlib.util.find_spec(name) for name in ("optuna", "gtsam", "casadi"))
+COMMANDS = {
+    "plot": ("race", "oval", "--laps", "1", "--plot", "out.png"),
+    "explain": ("explain", "oval", "--at", "5", "--plot", "out.png"),
+    "compare": ("compare", "oval", "--drivers", "gap,pid", "--laps", "1", "--seeds", "1", "--report", "out.md"),
+    "compare-html": ("compare", "oval", "--drivers", "gap", "--laps", "1", "--seeds", "1", "--report", "out.html"),
+    "map": ("map", "oval", "--output", "out.yaml"),
+    "line": ("line", "oval", "--output", "out.csv"),
+    "tune": ("tune", "oval", "--budget", "2", "--no-validate", "--seeds", "1", "--starts", "none", "--out", "out"),
+    "global": ("race", "oval", "--driver", "global", "--laps", "1"),
+}
+NEED_EXTRAS = ("map", "line", "tune", "global")
+
+
+def without_room(folder: Path, most: int, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """A command that may write files of at most so many bytes."""
+    limit = f"import resource; resource.setrlimit(resource.RLIMIT_FSIZE, ({most}, {most}))"
+    script = f"{limit}\nfrom firstlap_command import main; main()"
+    return subprocess.run(
+        [sys.executable, "-c", script, *arguments],
+        cwd=folder,
+        env={
+            "PATH": "/usr/bin:/bin",
+            "HOME": str(folder),
+            "FIRSTLAP_CACHE": str(folder / "cache"),
+            "PYTHONDONTWRITEBYTECODE": "1",  # else Python keeps half of what it compiles
+        },
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+@pytest.mark.parametrize(("name", "most"), [*((name, 3000) for name in COMMANDS), ("plot", 0), ("tune", 0)])
+def test_a_full_disk_is_one_line_and_leaves_nothing_half_written(tmp_path: Path, name: str, most: int) -> None:
+    if name in NEED_EXTRAS and not WITH_EXTRAS:
+        pytest.skip("the extras 'global' and 'tune' are not installed")
+    done = without_room(tmp_path, most, *COMMANDS[name])
+    said = [line for line in done.stderr.splitlines() if line.startswith("error:")]
+    assert done.returncode == 2, done.stderr
+    assert len(said) == 1, done.stderr
+    assert "cannot be written" in said[0] or "cannot be made" in said[0]
+    assert "Traceback" not in done.stderr
+    whole = [file for file in tmp_path.rglob("*") if file.is_file() and "matplotlib" not in str(file)]
+    assert [file.name for file in whole if file.suffix != ".db" and file.stat().st_size >= most] == []
+    assert not [file for file in whole if file.name.startswith(".")]
+
+
+def test_a_log_ends_where_the_disk_was_full_and_can_be_replayed_so_far(tmp_path: Path) -> None:
+    done = without_room(tmp_path, 400_000, "race", "arena", "--laps", "3", "--record", "race.mcap")
+    assert done.returncode == 2
+    assert done.stderr == "error: race.mcap: cannot be written (File too large); the log ends there\n"
+    assert without_room(tmp_path, 1_000_000, "replay", "race.mcap").returncode == 0
+
+
+def test_a_result_that_standard_output_does_not_take_is_one_line(tmp_path: Path) -> None:
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(
+            [sys.executable, "-c", "from firstlap_command import main; main()", "tracks", "oval", "--json"],
+            cwd=tmp_path, stdout=full, stderr=subprocess.PIPE, text=True, check=False,
+        )  # fmt: skip
+    assert (done.returncode, done.stderr) == (2, "error: output: No space left on device\n")
