@@ -21,7 +21,7 @@ MAX_SCALAR = 3_000
 SHOWN = 60
 """Characters of a key that a message repeats."""
 
-_Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 """libyaml's where PyYAML was built with it: five times as fast."""
 
 
@@ -81,7 +81,7 @@ def _refuse_brackets(text: str, where: str) -> None:
 def _check_events(text: str, where: str) -> None:
     """Raises InputError where there is more than `MAX_NODES`, `MAX_DEPTH` or `MAX_SCALAR`, and where aliases are."""
     depth = 0
-    for count, event in enumerate(yaml.parse(text, Loader=_Loader)):
+    for count, event in enumerate(yaml.parse(text, Loader=LOADER)):
         if isinstance(event, yaml.AliasEvent):
             raise InputError(f"{where}: YAML aliases (*name) are not read; write the values out")
         depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
@@ -95,7 +95,7 @@ def _check_events(text: str, where: str) -> None:
 
 
 def _construct(text: str, where: str) -> Any:
-    loader = _Loader(text)
+    loader = LOADER(text)
     try:
         node = loader.get_single_node()
         if node is None:

@@ -72,12 +72,20 @@ def test_what_others_add_is_kept_and_of_no_matter(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "changed",
     [
-        {"verdict": "none"}, {"verdict": {}}, {"verdict": {**VERDICT, "theirs": 1}},
-        {"verdict": {**VERDICT, "laps": 3}}, {"verdict": {**VERDICT, "laps": ["x"]}}, {"verdict": {**VERDICT, "margin": None}}, {"given": [1]},
-        {"given": {"stanley.k_ang": "x"}}, {"number": "x"}, {"number": None}, {"seconds": []},
+        {"verdict": "none"},
+        {"verdict": {}},
+        {"verdict": {**VERDICT, "theirs": 1}},
+        {"verdict": {**VERDICT, "laps": 3}},
+        {"verdict": {**VERDICT, "laps": ["x"]}},
+        {"verdict": {**VERDICT, "margin": None}},
+        {"given": [1]},
+        {"given": {"stanley.k_ang": "x"}},
+        {"number": "x"},
+        {"number": None},
+        {"seconds": []},
     ],
     ids=str,
-)  # fmt: skip
+)
 def test_a_trial_that_was_changed_is_one_line(tmp_path: Path, changed: dict[str, object]) -> None:
     path = tmp_path / "a.db"
     with_trial(path, **{**GOOD, **changed})

@@ -17,6 +17,7 @@ from firstlap.errors import InputError
 from firstlap.recordings.mcap_log import open_mcap
 from firstlap.recordings.messages import ZSTD_MAGIC, Message, Stored, Topic, check_magic, stopped
 from firstlap.recordings.paths import COMPRESSED, STORAGES
+from firstlap.yaml_text import LOADER, MAX_YAML_BYTES
 
 SQLITE_MAGIC = b"SQLite format 3\0"
 SQLITE_PAGES = struct.Struct(">16xH10xI")
@@ -102,11 +103,15 @@ def _metadata(path: Path, stored: Stored) -> dict[str, Any]:
         stored.remarks.append("there is no metadata.yaml; the files in the folder were read")
         return {}
     try:
-        about = yaml.safe_load(file.read_text(encoding="utf-8"))["rosbag2_bagfile_information"]
+        if file.stat().st_size > MAX_YAML_BYTES:
+            raise ValueError("larger than any bag's metadata")
+        about = yaml.load(file.read_text(encoding="utf-8"), Loader=LOADER)["rosbag2_bagfile_information"]
         if not isinstance(about, dict):
             raise TypeError("no mapping")
         return about
-    except (yaml.YAMLError, UnicodeDecodeError, KeyError, TypeError, RecursionError):
+    except OSError:
+        raise
+    except Exception:  # PyYAML's constructors raise nearly anything for a tag that does not fit its value
         stored.remarks.append("metadata.yaml cannot be understood; the files in the folder were read")
         return {}
 
