@@ -1,4 +1,8 @@
-"""The command line. Exit codes: 0 done, 1 not finished, 2 bad input, 130 interrupted, 141 output closed."""
+"""The command line.
+
+Exit codes: 0 done, 1 not finished or refused, 2 bad input, 3 no driving node answers (`go`, `resume`, `stop`, `set`),
+130 interrupted, 141 output closed.
+"""
 
 from __future__ import annotations
 
@@ -18,6 +22,7 @@ from firstlap.cli import (
     perception,
     preflight,
     race,
+    remote,
     replay,
     robustness,
     sim,
@@ -66,6 +71,10 @@ app.command("localise")(localise)
 app.command("bench")(bench.bench)
 app.command("view", cls=RosCommand)(view.view)
 app.command("drive", cls=RosCommand)(drive.drive)
+app.command("go", cls=RosCommand)(remote.go)
+app.command("resume", cls=RosCommand)(remote.resume)
+app.command("stop", cls=RosCommand)(remote.stop)
+app.command("set", cls=RosCommand)(remote.set_parameter)
 app.command("preflight", cls=RosCommand)(preflight.preflight)
 app.command("latency")(latency.latency)
 app.command("sim", cls=RosCommand)(sim.sim)

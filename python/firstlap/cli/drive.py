@@ -16,16 +16,17 @@ def drive(
     setup: SetupOption = None,
     changes: SetOption = None,
     namespace: Annotated[str, typer.Option("--namespace", metavar="NAME", help="Of one car among several.")] = "",
-    start: Annotated[
+    go: Annotated[
         bool,
-        typer.Option("--start/--no-start", help="Drive as soon as all is there, or when activated."),
-    ] = True,
+        typer.Option("--go", help="Drive as soon as all is there, without a person's consent: for the simulator."),
+    ] = False,
     sim_time: Annotated[bool, typer.Option("--sim-time", help="Follow /clock.")] = False,
 ) -> int:
-    """Drive a real or simulated car over ROS 2, as a lifecycle node. What follows --ros-args goes to ROS."""
+    """Drive a real or simulated car over ROS 2, as a lifecycle node that waits for `firstlap go`. What follows
+    --ros-args goes to ROS."""
     from firstlap.ros import require_ros
 
-    arguments = ros_arguments(context, namespace, sim_time)
+    arguments = ros_arguments(context, namespace, sim_time) + (["-p", "go:=true"] if go else [])
     require_ros()
     given = chosen_setup(setup, changes, driver)
 
@@ -35,5 +36,5 @@ def drive(
 
     with ros(arguments) as ending:
         node = DriveNode(Driving(given))
-        run_drive(node, ending, start)
+        run_drive(node, ending)
     return ending.exit_code

@@ -18,6 +18,8 @@ from firstlap.cli.common import (
 )
 
 WIDTH = 40
+LEAST_RATE = 5.0
+"""[Hz] of the slowest LiDARs."""
 
 
 def latency(
@@ -27,7 +29,7 @@ def latency(
     changes: SetOption = None,
     seconds: Annotated[float, typer.Option("--seconds", min=1.0, max=3600.0, help="How long to measure.")] = 20.0,
     rate: Annotated[
-        float, typer.Option("--rate", min=12.0, max=200.0, help="Scans a second; with fewer the node stops.")
+        float, typer.Option("--rate", min=LEAST_RATE, max=200.0, help="Scans a second; with fewer the node stops.")
     ] = 40.0,
     as_json: JsonOption = False,
 ) -> int:

@@ -10,6 +10,7 @@ from typing import Any
 
 from firstlap.errors import InputError
 from firstlap.parameters import Field, Value
+from firstlap.ros.kept_stop import EMERGENCY
 from firstlap.ros.names import DRIVE, TOLD
 from firstlap.ros.node_parameters import declare_entries, value_of
 
@@ -79,7 +80,7 @@ class CarLink:
         self._get = client(GetParameters, f"{self.path}/get_parameters")
         self._set = client(SetParametersAtomically, f"{self.path}/set_parameters_atomically")
         self._stop = client(Trigger, f"{self.path}/stop")
-        self._resume = client(Trigger, f"{self.path}/resume")
+        self._go = client(Trigger, f"{self.path}/go")
         self.button_at(self.value("emergency_stop_topic"))
 
     def _run(self) -> None:
@@ -172,15 +173,17 @@ class CarLink:
     # Stops.
 
     def button_at(self, topic: str) -> None:
-        """Where the emergency stop is said; known before it is needed, so that it needs no time."""
+        """Where the emergency stop is said, latched; known before it is needed, so that it needs no time."""
         from std_msgs.msg import Bool
+
+        from firstlap.ros.qos import NEWEST_LATCHED
 
         if topic == self._button_topic:
             return
         if self._button is not None:
             self.node.destroy_publisher(self._button)
         self._button_topic = topic
-        self._button = self.node.create_publisher(Bool, topic, 1) if topic else None
+        self._button = self.node.create_publisher(Bool, topic, NEWEST_LATCHED) if topic else None
 
     def _press(self, down: bool) -> None:
         from std_msgs.msg import Bool
@@ -207,20 +210,20 @@ class CarLink:
                 self._stop.call_async(Trigger.Request())
 
     def go(self) -> None:
-        """Releases the emergency stop and calls ~/resume. Raises InputError with the node's reason; where there is no
+        """Releases the emergency stop and calls ~/go. Raises InputError with the node's reason; where there is no
         node, the stop stays pressed."""
         from std_srvs.srv import Trigger
 
-        self._need(self._resume)
+        self._need(self._go)
         self.pressed = False
         self._press(False)
         until = time.monotonic() + ANSWERS
         while True:
-            answer = self._ask(self._resume, Trigger.Request())
+            answer = self._ask(self._go, Trigger.Request())
             if answer.success:
                 return
             # The button's release and this call come on different ways: the call may be first.
-            if answer.message != "emergency stop" or time.monotonic() > until:
+            if answer.message != EMERGENCY or time.monotonic() > until:
                 raise InputError(f"{self.path} does not drive on: {answer.message}")
             time.sleep(0.02)
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from firstlap.ros.periods import BOUNDS
 from firstlap.scan import Mount, Scan
 
 NAN_SHARE = 0.5
@@ -26,13 +27,11 @@ def set_stamp(stamp: Any, time: float) -> None:
     stamp.sec, stamp.nanosec = int(whole), min(round((time - whole) * 1e9), 999_999_999)
 
 
-def scan_reason(message: Any, beams: int | None) -> str:
-    """Why a LaserScan must not be used; empty when it may. beams: as many as it had so far."""
+def scan_reason(message: Any) -> str:
+    """Why a LaserScan must not be used, by its own header; empty when it may."""
     count = len(message.ranges)
     if count < 2:
         return f"{count} beams"
-    if beams is not None and count != beams:
-        return f"{count} beams where it had {beams}"
     header = (message.angle_min, message.angle_max, message.angle_increment, message.time_increment)
     if not all(math.isfinite(value) for value in header) or message.angle_increment == 0.0:
         return "its header is not finite"
@@ -42,6 +41,11 @@ def scan_reason(message: Any, beams: int | None) -> str:
     ranges = np.frombuffer(message.ranges, dtype=np.float32)
     lost = np.count_nonzero(np.isnan(ranges))
     return f"{100.0 * lost / count:.0f} % of it is NaN" if lost > NAN_SHARE * count else ""
+
+
+def sweep_of(message: Any) -> float:
+    """[s] from the first beam of a LaserScan to its last, no longer than a scan that can be driven by."""
+    return min(abs(message.time_increment) * len(message.ranges), BOUNDS["scan"].most)
 
 
 def to_scan(message: Any, mount: Mount) -> Scan:

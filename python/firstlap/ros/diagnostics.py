@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import time
 from collections import Counter, deque
+from collections.abc import Iterable, Sequence
 from typing import Any
 
-import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
 KEPT = 400
@@ -14,11 +14,20 @@ KEPT = 400
 LATE = 1.5
 """Scan periods between two stamps from which a scan counts as missed."""
 MISSED = "missed scans"
+TIMES = {"step [us]": 1e6, "node [us]": 1e6, "scan to drive [ms]": 1e3}
+"""Times of a step as they are told: name, parts of a second."""
 
 
 def missed_between(dt: float, period: float) -> int:
     """How many scans are missing between two stamps that are dt [s] apart; none where the period is not known."""
     return round(dt / period) - 1 if period > 0.0 and dt > LATE * period else 0
+
+
+def quantiles(values: Iterable[float], shares: Sequence[float]) -> list[float]:
+    """Of at least one value, by its nearest rank. The driving thread asks for them: numpy would import half of itself
+    for it while the car drives."""
+    ranked = sorted(values)
+    return [ranked[round(share * (len(ranked) - 1))] for share in shares]
 
 
 class Health:
@@ -37,8 +46,8 @@ class Health:
         """One more."""
         self.counts[what] += 1
 
-    def scan(self, stamp: float, dt: float, period: float) -> None:
-        """A good scan; those that are missing since the one before are counted."""
+    def scan(self, dt: float, period: float) -> None:
+        """A good scan, dt [s] after the one before; those that are missing between them are counted."""
         self.counts["scan"] += 1
         self.counts[MISSED] += missed_between(dt, period)
 
@@ -60,13 +69,12 @@ class Health:
         }
         for what in ("scan", "odom", "drive"):
             told[f"{what} rate [Hz]"] = f"{(self.counts[what] - self._before[what]) / max(elapsed, 1e-3):.1f}"
+        for source, timeout in watchdog.timeouts.items():
+            told[f"{source} timeout [s]"] = f"{timeout:.2f}"
         if self._steps:
-            columns = np.array(self._steps)
-            for column, name, scale in zip(
-                columns.T, ("step [us]", "node [us]", "scan to drive [ms]"), (1e6, 1e6, 1e3), strict=True
-            ):
-                p50, p99 = np.percentile(scale * column, (50, 99))
-                told[f"{name} p50"], told[f"{name} p99"] = f"{p50:.2f}", f"{p99:.2f}"
+            for column, (name, scale) in zip(zip(*self._steps, strict=True), TIMES.items(), strict=True):
+                p50, p99 = quantiles(column, (0.5, 0.99))
+                told[f"{name} p50"], told[f"{name} p99"] = f"{scale * p50:.2f}", f"{scale * p99:.2f}"
         for what, count in sorted({**self.counts, **watchdog.faults}.items()):
             if what not in ("scan", "odom", "drive"):
                 told[what] = str(count)

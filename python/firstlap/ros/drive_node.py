@@ -1,6 +1,7 @@
 """The driving node: scan and odometry in, drive out. A managed (lifecycle) node.
 
-Configured, it listens; active, it drives; a fault stops the car until a person calls ~/resume or activates anew.
+Configured, it listens; active, it drives. A person lets it: by ~/go, or by activating it. A fault stops the car until a
+person calls ~/resume.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from nav_msgs.msg import Odometry
 from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
 from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
-from sensor_msgs.msg import Imu, JointState, LaserScan
+from sensor_msgs.msg import Imu, JointState, Joy, LaserScan
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
@@ -21,13 +22,18 @@ from tf2_msgs.msg import TFMessage
 from firstlap.driving import Driving
 from firstlap.errors import InputError
 from firstlap.frames import Frames, mount_of
-from firstlap.ros.conversions import scan_reason, seconds, set_stamp, to_scan
+from firstlap.ros.claims import HEARTBEAT
+from firstlap.ros.conversions import scan_reason, seconds, set_stamp, sweep_of, to_scan
 from firstlap.ros.diagnostics import Health
+from firstlap.ros.emergency import EmergencyStop
+from firstlap.ros.kept_stop import EMERGENCY, KeptStop
 from firstlap.ros.markers import Markers
 from firstlap.ros.names import DRIVE, TOLD
 from firstlap.ros.node_parameters import declare_entries, declare_fields, result, tell, value_of
+from firstlap.ros.periods import BOUNDS, Period, rate_reason, timeout_of
 from firstlap.ros.qos import LATCHED, NEWEST
-from firstlap.ros.safety import DEADMAN, DeadMan, Stamps, Watchdog, within
+from firstlap.ros.rivals import Rivals
+from firstlap.ros.safety import DEADMAN, DeadMan, Stamps, Watchdog, button_of, within
 from firstlap.ros.traces import Traces
 from firstlap.ros.vehicle_state import ESTIMATE_FIELDS, StateSource
 from firstlap.scan import Mount
@@ -41,6 +47,8 @@ CLOCK_STALL = 0.25
 """[s] of the steady clock in which a simulated one must move."""
 FORGET = 0.5
 """[s] after which a silent source may begin with any stamp."""
+FIRST_STEP, LONGEST_STEP = 0.025, 1.0
+"""[s] between two scans as the driver is told: where there was none before, and at most."""
 
 OK, REFUSED = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 
@@ -59,13 +67,16 @@ class DriveNode(LifecycleNode):
         self.state = StateSource(self)
         self.deadman = DeadMan()
         self.watchdog = Watchdog({})
-        self.stamps = {name: Stamps(value_of(self, "max_age")) for name in ("scan", "odom", "imu", "steering")}
+        self.stamps = {name: Stamps(value_of(self, "max_age")) for name in BOUNDS}
+        self.periods = {name: Period() for name in BOUNDS}
+        self.steps = dict.fromkeys(BOUNDS, 0.0)
         self.mount: Mount | None = None
         self.mount_frame: str | None = None
-        self.beams: int | None = None
-        self.scan_stamp: float | None = None
         self.steering = 0.0
-        self.emergency = False
+        self.refusal = ""
+        self.emergency = EmergencyStop(
+            KeptStop(self.get_fully_qualified_name(), self.context.get_domain_id()), self.trip
+        )
         self.active = False
         self.stops_left = 0
         self._clock_seen, self._clock_moved = -1.0, time.monotonic()
@@ -74,6 +85,7 @@ class DriveNode(LifecycleNode):
         self.set_limits()
         self.add_on_set_parameters_callback(self.on_parameters)
         self.drive = self.create_publisher(AckermannDriveStamped, value_of(self, "drive_topic"), 1)
+        self.rivals = Rivals(self, value_of(self, "drive_topic"))
         self.markers = Markers(self)
         self.traces = Traces(self)
 
@@ -90,17 +102,30 @@ class DriveNode(LifecycleNode):
 
     def set_limits(self) -> None:
         """Takes the limits over from the parameters."""
-        timeouts = {"scan": value_of(self, "scan_timeout"), "odom": value_of(self, "odom_timeout")}
-        for source in ("imu", "steering"):
-            if value_of(self, f"{source}_topic"):
-                timeouts[source] = timeouts["odom"]
-        if value_of(self, "deadman_topic"):
-            timeouts[DEADMAN] = value_of(self, "deadman_timeout")
-        self.watchdog.timeouts = timeouts
+        self._set_timeouts()
         self.watchdog.pause_limit = value_of(self, "pause_limit")
         self.speed_limit = float(value_of(self, "speed_limit"))
         for stamps in self.stamps.values():
             stamps.max_age = value_of(self, "max_age")
+
+    def _set_timeouts(self) -> None:
+        """By the periods as they are now: one that grows while the car drives does not make the node more patient."""
+        timeouts = {}
+        for source, bounds in BOUNDS.items():
+            if value_of(self, f"{source}_topic"):
+                given = value_of(self, "scan_timeout" if source == "scan" else "odom_timeout")
+                timeouts[source] = timeout_of(given, self.periods[source].seconds, bounds)
+        if value_of(self, "deadman_topic"):
+            timeouts[DEADMAN] = value_of(self, "deadman_timeout")
+        self.watchdog.timeouts = timeouts
+
+    def _rate_reason(self) -> str:
+        """Which source comes too seldom to drive by."""
+        timeouts = self.watchdog.timeouts
+        reasons = (
+            rate_reason(name, one.seconds, timeouts[name]) for name, one in self.periods.items() if name in timeouts
+        )
+        return next(filter(None, reasons), "")
 
     def on_parameters(self, parameters: list[Any]) -> Any:
         """New values of any parameters: all are taken, or none with the reason."""
@@ -145,11 +170,12 @@ class DriveNode(LifecycleNode):
             self.heard.append(hear(Imu, topic("imu"), self.on_imu, NEWEST))
         if topic("steering"):
             self.heard.append(hear(JointState, topic("steering"), self.on_steering, NEWEST))
-        if topic("emergency_stop"):
-            self.heard.append(hear(Bool, topic("emergency_stop"), self.on_emergency_stop, 1))
+        self.emergency.listen(self, topic("emergency_stop"))
         if topic("deadman"):
-            self.heard.append(hear(Bool, topic("deadman"), self.on_deadman, NEWEST))
+            kind = Bool if value_of(self, "deadman_button") < 0 else Joy
+            self.heard.append(hear(kind, topic("deadman"), self.on_deadman, NEWEST))
         self.services_heard = [
+            self.create_service(Trigger, "~/go", self.on_go),
             self.create_service(Trigger, "~/resume", self.on_resume),
             self.create_service(Trigger, "~/stop", self.on_stop),
         ]
@@ -157,19 +183,23 @@ class DriveNode(LifecycleNode):
         self.timers_kept = [
             self.create_timer(CHECK_PERIOD, self.on_check, clock=steady),
             self.create_timer(1.0, self.health.publish, clock=steady),
+            self.create_timer(HEARTBEAT, self.on_heartbeat, clock=steady),
         ]
-        self.beams = None
+        self.get_logger().info(f"speed_limit: no command is faster than {self.speed_limit:g} m/s")
+        if self.emergency.left:
+            self.get_logger().warning(f"{self.emergency.why_wait()}: the car stands until a person lets it go")
         return OK
 
     def on_activate(self, state: Any) -> Any:
         """A person's consent to drive. Refused while something is missing."""
-        reason = self.arm()
-        if reason:
-            self.get_logger().error(f"not driving: {reason}")
+        self.refusal = self.arm()
+        if self.refusal:
+            self.get_logger().error(f"not driving: {self.refusal}")
             return REFUSED
         self.driving.reset()
         self.active = True
-        self.get_logger().info(f"driving: {self.driving.setup.title}")
+        self.emergency.drives(True)
+        self.get_logger().info(f"driving: {self.driving.setup.title}, at most {self.speed_limit:g} m/s")
         return OK
 
     def on_deactivate(self, state: Any) -> Any:
@@ -178,6 +208,7 @@ class DriveNode(LifecycleNode):
         self.watchdog.disarm()
         self.stops_left = LAST_STOPS
         self.publish_stop()
+        self.emergency.drives(False)
         return OK
 
     def on_cleanup(self, state: Any) -> Any:
@@ -188,6 +219,7 @@ class DriveNode(LifecycleNode):
             self.destroy_service(one)
         for one in self.timers_kept:
             self.destroy_timer(one)
+        self.emergency.leave(self)
         self.heard = []
         return OK
 
@@ -209,6 +241,8 @@ class DriveNode(LifecycleNode):
             return
         for _ in range(3):
             self.publish_stop()
+        self.emergency.drives(False)
+        self.rivals.claim(False)
         self.drive.wait_for_all_acked(Duration(seconds=0.2))
 
     # Time.
@@ -235,14 +269,22 @@ class DriveNode(LifecycleNode):
 
     def arm(self) -> str:
         """Why the car may not drive; empty when it does from now on."""
-        now = self.watch_now()
-        reason = "emergency stop" if self.emergency else self._clock_reason() or self._mount_reason()
+        reason = EMERGENCY if self.emergency.pressed else self.ready()
         reason = reason or ("dead-man released" if DEADMAN in self.watchdog.timeouts and not self.deadman.held else "")
-        return reason or self.watchdog.arm(now)
+        reason = reason or self.watchdog.arm(self.watch_now())
+        if not reason:
+            self.rivals.claim(True)
+        return reason
 
     def ready(self) -> str:
         """What is still missing before the car could drive; empty when nothing is."""
-        return self._clock_reason() or self.watchdog.missing(self.watch_now()) or self._mount_reason()
+        self._set_timeouts()
+        missing = self._clock_reason() or self.watchdog.missing(self.watch_now()) or self._mount_reason()
+        return missing or self._rate_reason() or self.rivals.reason(False)
+
+    def may_go(self) -> str:
+        """Why `go` does not make the node drive now, without a person; empty when it does."""
+        return self.emergency.why_wait() or self.ready()
 
     def may_drive(self) -> bool:
         """Whether nothing speaks against it; looks at all clocks."""
@@ -257,18 +299,31 @@ class DriveNode(LifecycleNode):
 
     def trip(self, reason: str) -> None:
         """Stops until a person lets it go on."""
-        if self.watchdog.armed:
-            self._say_stop(self.watchdog.trip(reason))
+        was_armed, reason = self.watchdog.armed, self.watchdog.trip(reason)
         if self.active:
             self.publish_stop()
+        if was_armed:
+            self._say_stop(reason)
 
     def _say_stop(self, reason: str) -> None:
-        self.get_logger().error(f"stopped: {reason}; call {self.get_fully_qualified_name()}/resume to go on")
+        service = f"{self.get_fully_qualified_name()}/resume"
+        self.get_logger().error(f"stopped: {reason}; `firstlap resume` or the service {service} lets it go on")
         self.health.publish()
+
+    def on_go(self, request: Any, response: Any) -> Any:
+        """~/go: a person's consent, whether the node was never active or was stopped."""
+        if self.active:
+            return self.on_resume(request, response)
+        self.trigger_activate()
+        response.success, response.message = self.active, "driving" if self.active else self.refusal
+        return response
 
     def on_resume(self, request: Any, response: Any) -> Any:
         """~/resume: a person's consent after a stop."""
-        reason = self.arm() if self.active else "the node is not active: activate it"
+        if self.watchdog.armed:
+            response.success, response.message = True, "driving already"
+            return response
+        reason = self.arm() if self.active else "the node is not active: activate it, or call ~/go"
         response.success, response.message = not reason, reason or "driving"
         if not reason:
             self.driving.reset()
@@ -281,23 +336,32 @@ class DriveNode(LifecycleNode):
         response.success, response.message = True, "stopped"
         return response
 
-    def on_emergency_stop(self, message: Any) -> None:
-        """True stops; false only takes the ban away."""
-        self.emergency = bool(message.data)
-        if self.emergency:
-            self.trip("emergency stop")
-
     def on_deadman(self, message: Any) -> None:
         """Held, let go, or pressed anew."""
         now = self.watch_now()
         trusted = self.watchdog.silent(DEADMAN, now) <= self.watchdog.timeouts[DEADMAN]
-        fresh = self.deadman.press(bool(message.data), trusted)
+        held, reason = button_of(message, value_of(self, "deadman_button"))
+        if reason:
+            self.watchdog.reject(DEADMAN, reason)
+            return
+        fresh = self.deadman.press(held, trusted)
         self.watchdog.feed(DEADMAN, now)
-        if not message.data:
+        if not held:
             self.trip("dead-man released")
         elif fresh and self.active and not self.watchdog.armed and _for_want_of_a_hand(self.watchdog.tripped):
             reason = self.arm()
             self.get_logger().info(f"dead-man pressed: {reason or 'driving'}")
+
+    def on_heartbeat(self) -> None:
+        """Tells other driving nodes on the topic, and gives way to one that has precedence."""
+        self.emergency.look(self)
+        drives = self.active and self.watchdog.armed
+        self.rivals.claim(drives)
+        reason = self.rivals.reason(True) if drives else ""
+        if reason:
+            self.trip(reason)
+            self.trigger_deactivate()
+            self.stops_left = 0  # the topic is the other's: a stop among its commands would brake its car
 
     def on_check(self) -> None:
         """Looks for silence, and repeats a stop for as long as it lasts."""
@@ -312,17 +376,19 @@ class DriveNode(LifecycleNode):
 
     # Sources.
 
-    def _take(self, source: str, message: Any, reason: str, late: float = 0.0) -> bool:
-        """Whether a message may be used; the watchdog hears of it. late: [s] its stamp is older than its end."""
+    def _take(self, source: str, message: Any, reason: str, took: float = 0.0) -> bool:
+        """Whether a message may be used; the watchdog hears of it. took: [s] that it was measured for."""
         now = self.watch_now()
-        stamps = self.stamps[source]
         if self.watchdog.silent(source, now) > FORGET:
-            stamps.forget()
-        reason = reason or stamps.reason(seconds(message.header.stamp), self.now() - late)
+            self.stamps[source].forget()
+            self.periods[source].forget()
+        stamp = seconds(message.header.stamp)
+        reason = reason or self.stamps[source].reason(stamp, self.now(), took)
         if reason:
             self.watchdog.reject(source, reason)
             return False
         self.watchdog.feed(source, now)
+        self.steps[source] = self.periods[source].hear(stamp)
         return True
 
     def on_odometry(self, message: Any) -> None:
@@ -371,29 +437,29 @@ class DriveNode(LifecycleNode):
     def on_scan(self, message: Any) -> None:
         """The loop: one scan in, one command out."""
         began = time.perf_counter()
-        reason = scan_reason(message, self.beams) or self._frame_reason(message.header.frame_id)
-        sweep = abs(message.time_increment) * len(message.ranges)
-        if not self._take("scan", message, reason, sweep):
+        reason = scan_reason(message) or self._frame_reason(message.header.frame_id)
+        sweep = sweep_of(message)
+        if not self._take("scan", message, reason, max(sweep, self.periods["scan"].seconds)):
             return
-        stamp = seconds(message.header.stamp)
-        dt = 0.0 if self.scan_stamp is None else max(stamp - self.scan_stamp, 0.0)
-        self.beams, self.scan_stamp = len(message.ranges), stamp
-        self.health.scan(stamp, dt, message.scan_time)
+        stamp, dt = seconds(message.header.stamp), self.steps["scan"]
+        self.health.scan(dt, self.periods["scan"].seconds)
         if not (self.active and self.may_drive() and self.mount):
             return
         speed, yaw_rate, steering_angle = self.state.at(self.steering)
         scan = to_scan(message, self.mount)
         before = time.perf_counter()
-        command = self.driving.step(scan, speed, yaw_rate, steering_angle, min(dt, 1.0) or 0.025)
+        command = self.driving.step(scan, speed, yaw_rate, steering_angle, min(dt, LONGEST_STEP) or FIRST_STEP)
         spent = time.perf_counter() - before
         limited = within(command.speed, command.steering_angle, self.speed_limit, self.driving.steering_limit)
         if limited is None:
             self.trip(f"the driver's command is not finite ({command.status})")
             return
         self.publish_drive(*limited, message.header.stamp)
-        self.health.step(spent, time.perf_counter() - began, self.now() - stamp - sweep, command.status)
+        now = self.now()
+        end = min(stamp + sweep, now)  # of the scan: some drivers stamp its first beam, some its last
+        self.health.step(spent, time.perf_counter() - began, now - end, command.status)
         self.markers.publish(self.driving.handle, stamp)
-        self.traces.publish((speed, yaw_rate, steering_angle), stamp + sweep, spent)
+        self.traces.publish((speed, yaw_rate, steering_angle), end, spent)
 
     def publish_drive(self, speed: float, steering_angle: float, stamp: Any = None) -> None:
         """A command; its stamp is the one of the scan that it answers, or now."""

@@ -1,6 +1,7 @@
-"""What must be right before the first metre: read from the live topics, each as OK or as what is wrong.
+"""What must be right before the first meter: read from the live topics, each as OK or as what is wrong.
 
-The judgements are plain functions of what was heard; `Listener` hears it.
+The judgements are plain functions of what was heard; `Listener` hears it. Limits are those of the driving node, by its
+own functions and parameters.
 """
 
 from __future__ import annotations
@@ -13,13 +14,11 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-SCAN_RATE = 8.0
-"""[Hz] slower LiDARs see too little to race by."""
-ODOM_RATE = 15.0
+from firstlap.ros.periods import Bounds, Period, rate_reason, timeout_of
+from firstlap.ros.safety import Stamps
+
 VALID = 0.3
 """Share of beams that must return."""
-LATE = 0.1
-"""[s] stamps may differ from now."""
 STANDS = 0.1
 """[m/s], [rad/s] of a car that stands."""
 TURNED = 0.25
@@ -30,6 +29,13 @@ UNNAMED = "_NODE_NAME_UNKNOWN_"
 """What rclpy calls it until then."""
 CAP = 1.0
 """[m] a beam counts at most, when two scans are laid over each other."""
+
+
+OURS = (
+    *("scan_topic", "odom_topic", "drive_topic", "base_frame", "laser_from_tf"),
+    *("scan_timeout", "odom_timeout", "max_age"),
+)
+"""Parameters of the driving node that it is judged by."""
 
 
 class Check(NamedTuple):
@@ -53,26 +59,37 @@ class Sample(NamedTuple):
         count = len(self.arrivals)
         return (count - 1) / (self.arrivals[-1] - self.arrivals[0]) if count > 1 else 0.0
 
+    @property
+    def period(self) -> float:
+        """[s] between two messages, as the driving node has it; 0 where too few came."""
+        period = Period()
+        for arrival in self.arrivals:
+            period.hear(arrival)
+        return period.seconds
 
-def check_rate(name: str, topic: str, sample: Sample, least: float, longest_gap: float) -> Check:
-    """Comes at all, often enough, and without holes."""
+
+def check_rate(name: str, topic: str, sample: Sample, given: float, bounds: Bounds) -> Check:
+    """Comes at all, often enough, and without holes. given, bounds: as of `timeout_of`."""
     if not sample.arrivals:
         return Check(name, False, f"nothing on {topic}: is its driver running, and is the topic called so?")
+    timeout = timeout_of(given, sample.period, bounds)
+    reason = rate_reason(topic, sample.period, timeout)
+    if reason:
+        return Check(name, False, reason)
     gap = float(np.diff(sample.arrivals).max()) if len(sample.arrivals) > 1 else math.inf
-    if sample.rate < least:
-        return Check(name, False, f"{sample.rate:.1f} Hz on {topic}; at least {least:g} Hz are needed")
-    if gap > longest_gap:
-        return Check(name, False, f"a hole of {1e3 * gap:.0f} ms in {topic}; {1e3 * longest_gap:.0f} ms stop the car")
-    return Check(name, True, f"{sample.rate:.1f} Hz on {topic}")
+    if gap > timeout:
+        return Check(name, False, f"a hole of {1e3 * gap:.0f} ms in {topic}; {1e3 * timeout:.0f} ms stop the car")
+    return Check(name, True, f"{sample.rate:.1f} Hz on {topic}; {1e3 * timeout:.0f} ms of silence stop the car")
 
 
-def check_stamps(name: str, sample: Sample) -> Check:
-    """The clocks agree."""
+def check_stamps(name: str, sample: Sample, max_age: float, took: float = 0.0) -> Check:
+    """The clocks agree. max_age, took: as of `Stamps`."""
     if not sample.ages:
         return Check(name, None, "nothing to look at")
     age = float(np.median(sample.ages))
-    if abs(age) > LATE:
-        return Check(name, False, f"stamps are {age:.2f} s old: set the clocks, or max_age:=0.0 if they cannot be")
+    reason = Stamps(max_age).reason(-age, 0.0, took)
+    if reason:
+        return Check(name, False, f"{reason}: set the clocks, or max_age:=0.0 if they cannot be")
     return Check(name, True, f"{1e3 * age:.0f} ms old")
 
 
@@ -170,8 +187,7 @@ class Listener:
         from firstlap.ros.qos import LATCHED
 
         self.node = Node("firstlap_preflight")
-        declare_entries(self.node, [one for one in DRIVE if one.name in ("scan_topic", "odom_topic", "drive_topic")])
-        declare_entries(self.node, [one for one in DRIVE if one.name in ("base_frame", "laser_from_tf")])
+        declare_entries(self.node, [one for one in DRIVE if one.name in OURS])
         self.frames = Frames()
         self.scan, self.odom = Sample([], [], None), Sample([], [], None)
         self.yaw = 0.0
@@ -196,9 +212,8 @@ class Listener:
         return self.node.get_clock().now().nanoseconds * 1e-9 - seconds(stamp)
 
     def _on_scan(self, message: Any) -> None:
-        sweep = abs(message.time_increment) * len(message.ranges)
         self.scan.arrivals.append(time.monotonic())
-        self.scan.ages.append(self._age(message.header.stamp) - sweep)
+        self.scan.ages.append(self._age(message.header.stamp))
         self.scan = self.scan._replace(last=message)
 
     def _on_odometry(self, message: Any) -> None:
@@ -219,7 +234,8 @@ class Listener:
     def look(self, seconds: float) -> list[Check]:
         """Everything that can be seen without moving the car."""
         from firstlap.frames import mount_of
-        from firstlap.ros.conversions import scan_reason
+        from firstlap.ros.conversions import scan_reason, sweep_of
+        from firstlap.ros.periods import BOUNDS
 
         self.listen(10.0, lambda: bool(self.scan.arrivals and self.odom.arrivals))
         for sample in (self.scan, self.odom):
@@ -227,12 +243,13 @@ class Listener:
             sample.ages.clear()
         self.listen(seconds)
         scan_topic, odom_topic, drive_topic = (self.value(f"{name}_topic") for name in ("scan", "odom", "drive"))
+        took = max(sweep_of(self.scan.last), self.scan.period) if self.scan.last else 0.0
         checks = [
-            check_rate("scan", scan_topic, self.scan, SCAN_RATE, 0.1),
-            check_stamps("scan's clock", self.scan),
-            check_scan(self.scan, scan_reason(self.scan.last, None) if self.scan.last else ""),
-            check_rate("odometry", odom_topic, self.odom, ODOM_RATE, 0.2),
-            check_stamps("odometry's clock", self.odom),
+            check_rate("scan", scan_topic, self.scan, self.value("scan_timeout"), BOUNDS["scan"]),
+            check_stamps("scan's clock", self.scan, self.value("max_age"), took),
+            check_scan(self.scan, scan_reason(self.scan.last) if self.scan.last else ""),
+            check_rate("odometry", odom_topic, self.odom, self.value("odom_timeout"), BOUNDS["odom"]),
+            check_stamps("odometry's clock", self.odom, self.value("max_age")),
             check_standing(self.odom),
         ]
         if self.scan.last and self.value("laser_from_tf"):
@@ -248,13 +265,15 @@ class Listener:
                 checks.append(Check("laser's place", False, str(error)))
         resolved = self.node.resolve_topic_name(drive_topic)
         self.listen(NAMED, lambda: UNNAMED not in self._commanders(resolved))
-        others = sorted(self._commanders(resolved) - {"firstlap_drive", "firstlap_preflight"})
+        others = [name for name in self._commanders(resolved) if name != "firstlap_preflight"]
+        if "firstlap_drive" in others:
+            others.remove("firstlap_drive")  # one of them is meant to command; a second is not
         checks.append(check_drive(resolved, self.node.count_subscribers(resolved), others))
         return checks
 
-    def _commanders(self, topic: str) -> set[str]:
-        """Names of the nodes that publish there."""
-        return {str(one.node_name) for one in self.node.get_publishers_info_by_topic(topic)}
+    def _commanders(self, topic: str) -> list[str]:
+        """Names of the nodes that publish there, one for each that does."""
+        return sorted(str(one.node_name) for one in self.node.get_publishers_info_by_topic(topic))
 
     def command(self, speed: float, steering_angle: float, seconds: float, over: Callable[[], bool]) -> None:
         """Commands at 20 Hz for a while, then stops the car, whatever happens."""

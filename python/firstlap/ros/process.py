@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import signal
 import time
 from collections.abc import Callable, Iterator
@@ -54,32 +55,47 @@ def ros(arguments: list[str]) -> Iterator[Ending]:
         rclpy.try_shutdown()
 
 
-def run_drive(node: DriveNode, ending: Ending, autostart: bool) -> None:
-    """Spins until a signal comes; stops the car before it returns. autostart: drives once everything is there."""
+def run_drive(node: DriveNode, ending: Ending) -> None:
+    """Spins until a signal comes; stops the car before it returns. The parameter `go` is consent for once."""
     from rclpy.executors import SingleThreadedExecutor
+
+    from firstlap.ros.node_parameters import value_of
 
     executor = SingleThreadedExecutor()
     executor.add_node(node)
-    ask = time.monotonic()
-    said = ""
-    if autostart:
+    if not value_of(node, "managed"):
         node.trigger_configure()
+    go = bool(value_of(node, "go"))
+    if not go:
+        node.get_logger().info(
+            f"waiting for a person: firstlap go, or the service {node.get_fully_qualified_name()}/go"
+        )
+    ask, said = time.monotonic(), ""
+    spare_the_collector()
     try:
         while not ending.number:
             executor.spin_once(timeout_sec=SOON)
-            if autostart and not node.active and time.monotonic() >= ask:
-                ask = time.monotonic() + ASK_AGAIN
-                waits_for = node.ready()
-                if waits_for and waits_for != said:
-                    node.get_logger().info(f"waiting: {waits_for}")
-                said = waits_for
-                if not waits_for:
-                    node.trigger_activate()
-                    autostart = not node.active
+            go = go and not node.active
+            if not go or time.monotonic() < ask:
+                continue
+            ask = time.monotonic() + ASK_AGAIN
+            waits_for = node.may_go()
+            if waits_for and waits_for != said:
+                node.get_logger().info(f"waiting: {waits_for}")
+            said = waits_for
+            if not waits_for:
+                node.trigger_activate()
     finally:
         node.halt()
         executor.remove_node(node)
         node.destroy_node()
+
+
+def spare_the_collector() -> None:
+    """What is there lasts as long as the process: a full collection of it, while the car drives, would take as long as
+    several scans."""
+    gc.collect()
+    gc.freeze()
 
 
 def run_sim(node: SimNode, ending: Ending, over: Callable[[], bool]) -> None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 DEADMAN = "deadman"
 
@@ -105,6 +106,15 @@ class DeadMan:
         return fresh
 
 
+def button_of(message: Any, button: int) -> tuple[bool, str]:
+    """Whether a std_msgs/Bool (button -1), or this button of a sensor_msgs/Joy, is held; and why it cannot be told."""
+    if button < 0:
+        return bool(message.data), ""
+    if button >= len(message.buttons):
+        return False, f"no button {button} among {len(message.buttons)}"
+    return bool(message.buttons[button]), ""
+
+
 @dataclass
 class Stamps:
     """The stamps of one source [s]. max_age: older ones are not used; 0: any age."""
@@ -112,13 +122,16 @@ class Stamps:
     max_age: float
     last: float | None = None
 
-    def reason(self, stamp: float, now: float) -> str:
-        """Why a message with this stamp must not be used; empty when it may."""
+    def reason(self, stamp: float, now: float, took: float = 0.0) -> str:
+        """Why a message with this stamp must not be used; empty when it may.
+
+        took: [s] that was measured for; the stamp may be of its first moment or of its last.
+        """
         if self.last is not None and stamp <= self.last:
             before = self.last - stamp
             return f"stamp {before:.3f} s before the last one" if before > 0.0 else "the same stamp again"
         age = now - stamp
-        if self.max_age > 0.0 and not -self.max_age <= age <= self.max_age:
+        if self.max_age > 0.0 and not -self.max_age <= age <= self.max_age + took:
             return f"stamp {age:.2f} s old" if age > 0.0 else f"stamp {-age:.2f} s in the future"
         self.last = stamp
         return ""

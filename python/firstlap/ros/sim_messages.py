@@ -21,12 +21,17 @@ GRAVITY = 9.81
 
 
 def scan(
-    stamp: float, frame: str, ranges: npt.NDArray[np.float32], header: tuple[float, ...], period: float
+    stamp: float,
+    frame: str,
+    ranges: npt.NDArray[np.float32],
+    header: tuple[float, ...],
+    period: float,
+    end_stamp: bool = False,
 ) -> LaserScan:
-    """stamp: [s] of the last beam; the message has the first one's, as its definition asks."""
+    """stamp: [s] of the last beam; the message has the first one's, as its definition asks, unless `end_stamp`."""
     angle_min, angle_increment, time_increment, range_min, range_max = header
     message = LaserScan()
-    set_stamp(message.header.stamp, stamp - time_increment * (len(ranges) - 1))
+    set_stamp(message.header.stamp, stamp - (0.0 if end_stamp else time_increment * (len(ranges) - 1)))
     message.header.frame_id = frame
     message.angle_min, message.angle_increment = angle_min, angle_increment
     message.angle_max = angle_min + angle_increment * (len(ranges) - 1)

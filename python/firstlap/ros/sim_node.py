@@ -267,10 +267,13 @@ class SimNode(Node):
         beams = int(value_of(self, "scan_beams"))
         if beams:
             ranges = ranges[:beams]
+        fewer = int(value_of(self, "vary_beams"))
+        if fewer:
+            ranges = ranges[: max(len(ranges) - int(self._rng.integers(0, fewer + 1)), 2)]
         if value_of(self, "nan_scans"):
             ranges[:] = np.nan
         frame = value_of(self, "scan_frame") or wires.names.laser_frame
-        message = make.scan(stamp, frame, ranges, self.header, self.period)
+        message = make.scan(stamp, frame, ranges, self.header, self.period, bool(value_of(self, "end_stamps")))
         delay = value_of(self, "delay")
         if delay <= 0.0:
             wires.scan.publish(message)

@@ -125,7 +125,8 @@ class RosSource(Holding):
             self._link.say(f"the emergency stop failed: {error}")
 
     def go(self) -> None:
-        """Releases the emergency stop and asks the node to resume. Raises InputError with its reason."""
+        """Releases the emergency stop and lets the node drive, also one that waits since it was started. Raises
+        InputError with its reason."""
         self._link.go()
 
     # What is heard, in the link's thread.
@@ -241,7 +242,7 @@ class RosSource(Holding):
 
     def _on_scan(self, message: Any) -> None:
         """Kept for when the driver shows nothing."""
-        if scan_reason(message, None):
+        if scan_reason(message):
             return
         self._scan_at = time.monotonic()
         scan = to_scan(message, self._mounted(message.header.frame_id))

@@ -33,6 +33,16 @@ SILENT = 0.5
 """[s] without a command."""
 
 
+FAST = 20.0
+"""[m/s] of the simulated car, which nobody stands beside."""
+
+
+def split(arguments: tuple[str, ...]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """What is ours, and what follows --ros-args."""
+    at = arguments.index("--ros-args") if "--ros-args" in arguments else len(arguments)
+    return arguments[:at], arguments[at + 1 :]
+
+
 class Lab:
     """Processes in one domain, and a probe that hears and speaks."""
 
@@ -57,8 +67,9 @@ class Lab:
         self.sim = self.start("sim", *(arguments or ("arena",)))
 
     def start_drive(self, *arguments: str) -> None:
-        """The driver that the tests share, or another in its place."""
-        self.drive = self.start("drive", *arguments)
+        """The driver that the tests share, or another in its place: it drives by itself, as fast as its setup."""
+        ours, ros = split(arguments)
+        self.drive = self.start("drive", "--go", *ours, "--ros-args", "-p", f"speed_limit:={FAST}", *ros)
 
     def well(self) -> None:
         """Both run, the driver is active, and the car moves: as the next test wants it."""
@@ -91,7 +102,7 @@ class Lab:
         def moves() -> bool:
             heard = self.probe.commands[drive]
             if not self.probe.moves(drive) and (not heard or heard[-1].speed == 0.0 or self.silent(drive)):
-                self.probe.trigger(f"{node}/resume")
+                self.probe.trigger(f"{node}/go")
                 asked = time.monotonic()
                 while not self.probe.moves(drive) and time.monotonic() - asked < SETS_OFF:
                     self.probe.spin(0.02)
@@ -104,7 +115,7 @@ class Lab:
         for space in spaces or ("",):
             heard = self.probe.commands[f"{space}/drive"]
             if heard and heard[-1].speed == 0.0:
-                self.probe.trigger(f"{space}/firstlap_drive/resume")
+                self.probe.trigger(f"{space}/firstlap_drive/go")
         self.probe.spin(0.05)
 
     def driven(self, condition: Callable[[], Any], what: str, *spaces: str, seconds: float = PATIENCE) -> Any:

@@ -22,9 +22,10 @@ FORKS.set_forkserver_preload(
             "firstlap.cli.drive",
             "firstlap.cli.sim",
             "firstlap.cli.preflight",
+            "firstlap.cli.remote",
         ),
         *("firstlap.ros.drive_node", "firstlap.ros.sim_node", "firstlap.ros.process"),
-        *("firstlap.cli.preflight", "firstlap.ros.preflight"),
+        *("firstlap.ros.preflight", "firstlap.ros.remote"),
     ]
 )
 
@@ -52,6 +53,8 @@ class Running:
             name: value for name, value in os.environ.items() if name.startswith(("ROS_", "RMW_", "FASTDDS_"))
         }
         environment |= {"ROS_DOMAIN_ID": str(domain), "RCUTILS_COLORIZED_OUTPUT": "0", "COLUMNS": "200"}
+        environment["XDG_RUNTIME_DIR"] = str(folder / "state")
+        (folder / "state").mkdir(exist_ok=True)
         self.process: Any = FORKS.Process(
             target=_command, args=(arguments, str(self.log), str(folder), environment), daemon=True
         )

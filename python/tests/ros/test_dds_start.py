@@ -22,7 +22,7 @@ CONFIG = Path(__file__).resolve().parents[3] / "ros" / "firstlap_ros" / "config"
 def idle_lab(lab_of: Any) -> Iterator[Any]:
     """A driver alone, that nobody has started."""
     for lab in lab_of("idle"):
-        lab.start_drive("--no-start", "--ros-args", "--params-file", str(CONFIG / "race.yaml"))
+        lab.drive = lab.start("drive", "--ros-args", "--params-file", str(CONFIG / "race.yaml"), "-p", "managed:=true")
         yield lab
 
 

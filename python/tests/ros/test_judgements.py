@@ -16,7 +16,18 @@ from firstlap.errors import InputError
 from firstlap.frames import Frames, mount_of
 from firstlap.ros import require_ros
 from firstlap.ros.conversions import scan_reason, to_scan
-from firstlap.ros.preflight import Sample, check_drive, check_forward, check_rate, check_scan, check_turn, turn_between
+from firstlap.ros.periods import BOUNDS
+from firstlap.ros.preflight import (
+    Check,
+    Sample,
+    check_drive,
+    check_forward,
+    check_rate,
+    check_scan,
+    check_stamps,
+    check_turn,
+    turn_between,
+)
 from firstlap.ros.sim_topics import gym_names, our_names
 from firstlap.scan import Mount
 from firstlap.simulate import Lidar
@@ -40,14 +51,13 @@ def scan_message(ranges: Any, **changes: Any) -> Any:
 
 def test_a_scan_that_is_no_measurement_is_named() -> None:
     good = np.ones(100)
-    assert scan_reason(scan_message(good), None) == ""
-    assert scan_reason(scan_message(np.full(100, np.inf)), 100) == "", "no return is a measurement"
-    assert "NaN" in scan_reason(scan_message(np.full(100, np.nan)), None)
-    assert scan_reason(scan_message(good), 99) == "100 beams where it had 99"
-    assert "angles" in scan_reason(scan_message(good, angle_max=9.0), None)
-    assert "finite" in scan_reason(scan_message(good, angle_min=math.nan), None)
+    assert scan_reason(scan_message(good)) == ""
+    assert scan_reason(scan_message(np.full(100, np.inf))) == "", "no return is a measurement"
+    assert "NaN" in scan_reason(scan_message(np.full(100, np.nan)))
+    assert "angles" in scan_reason(scan_message(good, angle_max=9.0))
+    assert "finite" in scan_reason(scan_message(good, angle_min=math.nan))
     off_by_one = scan_message(np.ones(1080), angle_increment=4.7 / 1080, angle_min=-2.35, angle_max=2.35)
-    assert scan_reason(off_by_one, None) == "", "as f1tenth_gym_ros has it"
+    assert scan_reason(off_by_one) == "", "as f1tenth_gym_ros has it"
 
 
 def test_a_laser_upside_down_or_turned_gives_the_same_points() -> None:
@@ -106,6 +116,47 @@ def test_the_lasers_place_is_found_through_the_tree_and_a_bad_one_refused() -> N
         mount_of(leaning)
 
 
+def turn_of(roll: float, pitch: float, yaw: float) -> tuple[Any, Any]:
+    """As quaternion and as (3, 3): yaw after pitch after roll, as ROS has it."""
+
+    def about(axis: int, angle: float) -> Any:
+        c, s = math.cos(angle), math.sin(angle)
+        found = np.eye(3)
+        i, j = [(1, 2), (2, 0), (0, 1)][axis]
+        found[i, i] = found[j, j] = c
+        found[i, j], found[j, i] = -s, s
+        return found
+
+    cr, sr, cp, sp = math.cos(roll / 2), math.sin(roll / 2), math.cos(pitch / 2), math.sin(pitch / 2)
+    cy, sy = math.cos(yaw / 2), math.sin(yaw / 2)
+    turn = SimpleNamespace(
+        x=sr * cp * cy - cr * sp * sy,
+        y=cr * sp * cy + sr * cp * sy,
+        z=cr * cp * sy - sr * sp * cy,
+        w=cr * cp * cy + sr * sp * sy,
+    )
+    return turn, about(2, yaw) @ about(1, pitch) @ about(0, roll)
+
+
+@pytest.mark.parametrize("roll", [0.0, math.pi, 0.1])
+@pytest.mark.parametrize("pitch", [0.0, math.pi])
+@pytest.mark.parametrize("yaw", [0.0, 0.5 * math.pi, math.pi, -2.0])
+def test_a_beam_points_where_the_transform_turns_it(roll: float, pitch: float, yaw: float) -> None:
+    quaternion, turn = turn_of(roll, pitch, yaw)
+    place = SimpleNamespace(translation=SimpleNamespace(x=0.2, y=-0.05, z=0.1), rotation=quaternion)
+    header = SimpleNamespace(frame_id="base_link")
+    frames = Frames()
+    frames.hear(SimpleNamespace(transforms=[SimpleNamespace(header=header, child_frame_id="laser", transform=place)]))
+    found = frames.find("base_link", "laser")
+    assert found is not None
+    mount = mount_of(found)
+    assert mount.upside_down == ((roll == math.pi) != (pitch == math.pi))
+    for angle in np.linspace(-3.0, 3.0, 7):
+        x, y, _ = turn @ [math.cos(angle), math.sin(angle), 0.0]
+        first, _ = mount.turned(float(angle), 0.01)
+        assert math.remainder(math.atan2(y, x) - first, 2.0 * math.pi) == pytest.approx(0.0, abs=0.01)
+
+
 def test_parameters_change_while_driving_and_a_bad_one_changes_nothing() -> None:
     driving = Driving(firstlap.load_setup("sure"))
     core = driving.handle.core
@@ -134,11 +185,18 @@ def test_a_turn_between_two_scans_is_found_with_its_sign(arena: firstlap.Track, 
     assert turn_between(before, after, step, 1.2) == pytest.approx(turn, abs=0.02)
 
 
+def rate_of(arrivals: list[float], timeout: float = 0.0) -> Check:
+    """What preflight says of scans that came then [s]."""
+    return check_rate("scan", "/scan", Sample(arrivals, [], None), timeout, BOUNDS["scan"])
+
+
 def test_preflight_says_what_is_wrong() -> None:
     steady = [0.025 * i for i in range(40)]
-    assert check_rate("scan", "/scan", Sample(steady, [], None), 8.0, 0.1).good
-    assert "nothing on /scan" in check_rate("scan", "/scan", Sample([], [], None), 8.0, 0.1).said
-    assert "hole of 1000 ms" in check_rate("scan", "/scan", Sample([*steady, 1.975], [], None), 8.0, 0.1).said
+    assert check_rate("scan", "/scan", Sample(steady, [], None), 0.0, BOUNDS["scan"]).good
+    assert "nothing on /scan" in check_rate("scan", "/scan", Sample([], [], None), 0.0, BOUNDS["scan"]).said
+    assert (
+        "hole of 1000 ms" in check_rate("scan", "/scan", Sample([*steady, 1.975], [], None), 0.0, BOUNDS["scan"]).said
+    )
     assert check_scan(Sample([], [], scan_message(np.ones(100))), "").good
     assert check_scan(Sample([], [], scan_message(np.full(100, np.inf))), "").good is False
     assert check_drive("/drive", 0, []).good is False
@@ -167,14 +225,30 @@ def test_names_of_several_cars() -> None:
         gym_names(3)
 
 
-@pytest.mark.parametrize("command", ["drive", "sim", "latency", "preflight"])
+@pytest.mark.parametrize("command", ["drive", "sim", "latency", "preflight", "go", "resume", "stop", "set v_max 3"])
 def test_without_ros_a_command_says_in_one_line_how_to_get_it(
     command: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr("firstlap.ros.NEEDED", {"no_such_module": "firstlap[ros]"})
     with pytest.raises(InputError, match="make ros"):
         require_ros()
-    assert run([command]) == 2
+    assert run(command.split()) == 2
     error = capsys.readouterr().err
     assert error.startswith("error: ROS 2 is not here")
     assert error.count("\n") == 1
+
+
+@pytest.mark.parametrize("rate", [5.0, 7.0, 10.0, 40.0])
+def test_preflight_lets_a_slow_lidar_drive_as_the_node_does_and_names_one_that_is_too_slow(rate: float) -> None:
+    steady = [i / rate for i in range(20)]
+    assert rate_of(steady).good
+    assert rate_of(steady, 0.05).good == (rate == 40.0)
+    assert rate_of([0.4 * i for i in range(20)]).said == "/scan at 2.5 Hz; with a timeout of 0.5 s it needs 3.0 Hz"
+
+
+def test_preflight_takes_stamps_as_the_node_does() -> None:
+    assert check_stamps("clock", Sample([], [0.12], None), 0.15).good
+    assert check_stamps("clock", Sample([], [0.21], None), 0.15, 0.1).good, "stamped at the first beam of a long sweep"
+    assert check_stamps("clock", Sample([], [0.0], None), 0.15, 0.2).good, "stamped at its last"
+    assert "0.21 s old" in check_stamps("clock", Sample([], [0.21], None), 0.15).said
+    assert check_stamps("clock", Sample([], [9.0], None), 0.0).good

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 
 import pytest
 
-from firstlap.ros.safety import DeadMan, Stamps, Watchdog, within
+from firstlap.ros.safety import DeadMan, Stamps, Watchdog, button_of, within
 
 
 def armed(**timeouts: float) -> Watchdog:
@@ -90,6 +91,21 @@ def test_stamps_that_go_back_repeat_or_are_old_are_refused() -> None:
     assert "future" in stamps.reason(11.0, 10.4)
     assert stamps.reason(10.35, 10.4) == ""
     assert Stamps(0.0).reason(10.0, 99.0) == ""
+
+
+def test_a_stamp_may_be_of_the_first_moment_of_a_long_sweep_or_of_its_last() -> None:
+    for stamp in (10.0, 9.8):
+        assert Stamps(0.15).reason(stamp, 10.01, 0.2) == ""
+    assert "old" in Stamps(0.15).reason(9.6, 10.01, 0.2)
+    assert "future" in Stamps(0.15).reason(10.2, 10.01, 0.2)
+
+
+def test_a_button_of_a_joystick_is_held_as_a_bool_is() -> None:
+    joy = SimpleNamespace(buttons=[0, 0, 0, 0, 0, 1])
+    assert button_of(joy, 5) == (True, "")
+    assert button_of(joy, 4) == (False, "")
+    assert button_of(joy, 6) == (False, "no button 6 among 6")
+    assert button_of(SimpleNamespace(data=True), -1) == (True, "")
 
 
 @pytest.mark.parametrize("speed", [0.0, 1e-3, 0.5, 99.0])

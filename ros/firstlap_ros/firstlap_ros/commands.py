@@ -1,17 +1,17 @@
-"""What `ros2 run firstlap_ros ...` starts: the commands of firstlap. The driving node waits to be activated."""
+"""What `ros2 run firstlap_ros ...` starts: the commands of firstlap."""
 
 import sys
 
 
-def _run(command: str, *arguments: str) -> None:
+def _run(command: str) -> None:
     from firstlap.cli import run
 
-    sys.exit(run([command, *arguments, *sys.argv[1:]]))
+    sys.exit(run([command, *sys.argv[1:]]))
 
 
 def drive() -> None:
-    """The driving node; --start drives as soon as scan and odometry are there."""
-    _run("drive", *(() if "--start" in sys.argv else ("--no-start",)))
+    """The driving node, which waits for a person."""
+    _run("drive")
 
 
 def sim() -> None:

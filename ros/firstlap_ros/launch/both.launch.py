@@ -1,4 +1,4 @@
-"""Simulator and driving node: the car laps on the desk as it will on the track."""
+"""Simulator and driving node: the car laps on the desk, without a person's consent and as fast as its setup."""
 
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription
@@ -17,8 +17,8 @@ def generate_launch_description() -> LaunchDescription:
     return LaunchDescription(
         [
             DeclareLaunchArgument("track", default_value="arena", description="as of sim.launch.py"),
-            DeclareLaunchArgument("speed_limit", default_value="20.0", description="as of drive.launch.py"),
+            DeclareLaunchArgument("speed_limit", default_value="20.0", description="[m/s] simulated"),
             include("sim", track=LaunchConfiguration("track")),
-            include("drive", speed_limit=LaunchConfiguration("speed_limit"), start="true"),
+            include("drive", speed_limit=LaunchConfiguration("speed_limit"), go="true"),
         ]
     )

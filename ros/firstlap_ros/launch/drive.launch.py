@@ -1,8 +1,7 @@
-"""The driving node on a car. It waits: ros2 lifecycle set /firstlap_drive configure, then activate; or start:=true."""
+"""The driving node on a car. It waits for a person: `firstlap go`, or the service /firstlap_drive/go."""
 
-from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument
-from launch.conditions import IfCondition, UnlessCondition
+from launch import LaunchContext, LaunchDescription
+from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import LifecycleNode
 from launch_ros.parameter_descriptions import ParameterValue
@@ -12,34 +11,40 @@ SURE = PathJoinSubstitution([FindPackageShare("firstlap_ros"), "config", "sure.y
 ARGUMENTS = {
     "params_file": (SURE, "a parameter file; config holds one for each setup"),
     "namespace": ("", "of one car among several"),
-    "start": ("false", "drive as soon as scan and odometry are there"),
 }
 PARAMETERS = {
-    "base_frame": (str, "base_link", "middle of the rear axle"),
-    "use_sim_time": (bool, "false", "follow /clock"),
-    "speed_limit": (float, "20.0", "[m/s] no command is faster"),
+    "base_frame": (str, "", "middle of the rear axle"),
+    "use_sim_time": (bool, "", "follow /clock"),
+    "speed_limit": (float, "", "[m/s] no command is faster"),
+    "go": (bool, "", "drive as soon as all is there, without a person's consent: for the simulator"),
+    "managed": (bool, "", "a lifecycle manager configures the node"),
+    "deadman_topic": (str, "", "held, or the car stops; joy in f1tenth_system"),
+    "deadman_button": (int, "", "of sensor_msgs/Joy, 5 in f1tenth_system; -1: std_msgs/Bool"),
 }
+"""Empty: as the parameter file says, or the node itself."""
+
+
+def _node(context: LaunchContext) -> list[LifecycleNode]:
+    given = {
+        name: ParameterValue(LaunchConfiguration(name), value_type=kind)
+        for name, (kind, _, _) in PARAMETERS.items()
+        if LaunchConfiguration(name).perform(context)
+    }
+    node = LifecycleNode(
+        package="firstlap_ros",
+        executable="drive",
+        name="firstlap_drive",
+        namespace=LaunchConfiguration("namespace"),
+        parameters=[LaunchConfiguration("params_file"), given],
+        output="screen",
+    )
+    return [node]
 
 
 def generate_launch_description() -> LaunchDescription:
     """One lifecycle node."""
-    value = {name: LaunchConfiguration(name) for name in (*ARGUMENTS, *PARAMETERS)}
-    given = {name: ParameterValue(value[name], value_type=kind) for name, (kind, _, _) in PARAMETERS.items()}
-
-    def node(start: bool) -> LifecycleNode:
-        return LifecycleNode(
-            package="firstlap_ros",
-            executable="drive",
-            name="firstlap_drive",
-            namespace=value["namespace"],
-            arguments=["--start"] if start else [],
-            parameters=[value["params_file"], given],
-            condition=(IfCondition if start else UnlessCondition)(value["start"]),
-            output="screen",
-        )
-
     declared = [
         DeclareLaunchArgument(name, default_value=default, description=text)
         for name, (default, text) in [*ARGUMENTS.items(), *((name, row[1:]) for name, row in PARAMETERS.items())]
     ]
-    return LaunchDescription([*declared, node(True), node(False)])
+    return LaunchDescription([*declared, OpaqueFunction(function=_node)])

@@ -1,0 +1,157 @@
+"""What the driving node computes in the thread that drives: every callback is short, and nothing is imported there."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+import rclpy
+from nav_msgs.msg import Odometry
+from rclpy.parameter import Parameter
+from sensor_msgs.msg import Imu, JointState, Joy
+from std_msgs.msg import Bool, String, UInt8MultiArray
+from std_srvs.srv import Trigger
+from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import MarkerArray
+
+import firstlap
+from firstlap.driving import Driving
+from firstlap.ros import sim_messages as make
+from firstlap.ros.domains import own_domain
+from firstlap.ros.drive_node import DriveNode
+from firstlap.ros.latency import lap_of_scans
+from firstlap.ros.process import spare_the_collector
+from firstlap.ros.qos import NEWEST, NEWEST_LATCHED
+
+pytestmark = pytest.mark.dds
+
+LIMIT = 0.02
+"""[s] of CPU time of the thread, however busy the machine is: less than the period of a scan of 40 Hz. One import of a
+part of numpy took 0.046 s."""
+STEPS = 400
+PARAMETERS = {
+    "laser_from_tf": False,
+    "max_age": 0.0,
+    "scan_timeout": 1.0,
+    "odom_timeout": 1.0,
+    "pause_limit": 1.0,
+    "imu_topic": "imu",
+    "steering_topic": "joints",
+    "deadman_topic": "joy",
+    "deadman_button": 1,
+    "marker_rate": 100.0,
+    "trace_rate": 100.0,
+}
+
+
+class Bench:
+    """A driving node and somebody who watches it, in this process; calls its callbacks and keeps their CPU times."""
+
+    def __init__(self, domain: int) -> None:
+        self.context = rclpy.Context()
+        rclpy.init(context=self.context, domain_id=domain)
+        given = [Parameter(name, value=value) for name, value in PARAMETERS.items()]
+        setup = firstlap.load_setup("sure")
+        self.node = DriveNode(Driving(setup), context=self.context, parameter_overrides=given)
+        self.watcher = rclpy.create_node("watcher", context=self.context)
+        self.button = self.watcher.create_publisher(Bool, "/emergency_stop", NEWEST_LATCHED)
+        self.heard = [
+            self.watcher.create_subscription(MarkerArray, "/firstlap_drive/markers", lambda _: None, 1),
+            self.watcher.create_subscription(UInt8MultiArray, "/firstlap_drive/trace", lambda _: None, NEWEST),
+        ]
+        self.scans, self.states, self.header = lap_of_scans(setup, "arena")
+        self.times: dict[Any, list[float]] = {}
+
+    def call(self, callback: Callable[..., Any], *arguments: Any) -> Any:
+        """One callback, timed."""
+        began = time.thread_time()
+        found = callback(*arguments)
+        self.times.setdefault(callback, []).append(time.thread_time() - began)
+        return found
+
+    def ask(self, callback: Callable[..., Any]) -> Any:
+        """One of a service."""
+        return self.call(callback, Trigger.Request(), Trigger.Response())
+
+    def sense(self, i: int) -> None:
+        """What the sensors say at step i, and what the timers do meanwhile."""
+        node, stamp = self.node, 1000.0 + 0.025 * i
+        speed, yaw_rate = self.states[i % len(self.states)]
+        odometry: Odometry = make.odometry(stamp, "odom", "base_link", (0.0, 0.0, 0.0), (speed, 0.0, yaw_rate))
+        imu: Imu = make.imu(stamp, "base_link", yaw_rate, {"forward_acceleration": 0.0, "lateral_acceleration": 0.0})
+        joints: JointState = make.joints(stamp, 0.0)
+        place = make.transform(stamp, "odom", "base_link", (0.1 * i, 0.0, 0.0))
+        self.call(node.on_deadman, Joy(buttons=[0, 1]))
+        self.call(node.on_odometry, odometry)
+        self.call(node.on_imu, imu)
+        self.call(node.on_steering, joints)
+        self.call(node.frames.hear, TFMessage(transforms=[place]))
+        self.call(node.on_scan, make.scan(stamp, "laser", self.scans[i % len(self.scans)], self.header, 0.025))
+        self.call(node.on_check)
+        if i % 20 == 0:
+            self.call(node.on_heartbeat)
+            self.call(node.rivals.on_claim, String(data=node.rivals._claims.own(True).encode()))
+        if i % 40 == 39:
+            self.call(node.health.publish)
+
+    def missed(self) -> list[Any]:
+        """Callbacks that the node has and that were never called."""
+        node = self.node
+        ours = [*node.subscriptions, *node.timers, *node.services]
+        callbacks = {one.callback for one in ours if getattr(one.callback, "__module__", "").startswith("firstlap")}
+        return [one for one in callbacks if one not in self.times]
+
+    def close(self) -> None:
+        """Leaves."""
+        self.watcher.destroy_node()
+        self.node.destroy_node()
+        rclpy.shutdown(context=self.context)
+
+
+@pytest.fixture
+def bench(tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
+    """In a domain of its own."""
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    with own_domain() as domain:
+        made = Bench(domain)
+        yield made
+        made.close()
+
+
+def test_no_callback_takes_long_and_none_imports_anything(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    node = bench.node
+    node.trigger_configure()
+    monkeypatch.setattr("firstlap.ros.rivals.SETTLE", 0.0)
+    for topic in ("/firstlap_drive/markers", "/firstlap_drive/trace"):
+        while not node.count_subscribers(topic):
+            time.sleep(0.02)
+    spare_the_collector()
+    before = set(sys.modules)
+    bench.call(node.on_deadman, Joy(buttons=[0, 0]))
+    for i in range(20):
+        bench.sense(i)
+    assert bench.ask(node.on_go).success, node.refusal
+    for i in range(20, STEPS):
+        bench.sense(i)
+        if not node.watchdog.armed:  # the machine kept this process from running
+            assert bench.ask(node.on_go).success
+        if i % 100 == 50:
+            values = [
+                Parameter("velocity_profile.v_max", value=4.0 + 0.001 * i),
+                Parameter("stanley.k_dist", value=1.1),
+            ]
+            assert bench.call(node.on_parameters, values).successful
+    assert bench.ask(node.on_stop).success
+    assert bench.ask(node.on_resume).success
+    for word in (True, False):
+        bench.call(node.emergency.on_word, Bool(data=word))
+    bench.call(node.emergency.on_latched, Bool(data=False))
+    assert node.health.counts["drive"] > 0.5 * STEPS
+    assert set(sys.modules) == before
+    assert bench.missed() == []
+    longest = {f"{one.__self__.__class__.__name__}.{one.__name__}": max(took) for one, took in bench.times.items()}
+    assert {name: took for name, took in longest.items() if took > LIMIT} == {}

@@ -1,0 +1,61 @@
+"""LiDARs as people have them: slow ones, ones whose scans differ in length, ones that stamp the end of their sweep."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import LaserScan
+
+pytestmark = pytest.mark.dds
+
+CALM = ("--ros-args", "-p", "odom_timeout:=1.0", "-p", "pause_limit:=1.0", "-p", "speed_limit:=1.5")
+"""So that a busy machine stops no car; the timeout of its scans is the one that is looked at."""
+FAULTS: dict[str, dict[str, Any]] = {
+    "as it should be": {},
+    "another number of beams in every scan": {"vary_beams": 40},
+    "stamps of the last beam": {"end_stamps": True},
+}
+
+
+class Rolls:
+    """Counts the scans of a car that rolls, from now on."""
+
+    def __init__(self, truth: list[Any]) -> None:
+        self._truth, self._from = truth, len(truth)
+
+    def scans(self) -> int:
+        """So far."""
+        return sum(one.twist.twist.linear.x > 0.5 for one in self._truth[self._from :])
+
+
+def told(diagnostics: list[Any]) -> dict[str, str]:
+    """What the driving node said last."""
+    return {one.key: one.value for one in diagnostics[-1].status[0].values} if diagnostics else {}
+
+
+@pytest.mark.parametrize("rate", [5, 10])
+def test_a_slow_lidar_drives_the_car_whatever_its_scans_look_like(lab: Any, tmp_path: Path, rate: int) -> None:
+    car = tmp_path / "slow.yaml"
+    period = 1.0 / rate
+    car.write_text(f"lidar: {{rate: {rate}, sweep_time: {0.9 * period}}}\n")
+    lab.start_sim("arena", "--car", str(car))
+    lab.start_drive(*CALM)
+    truth = lab.probe.hear(Odometry, "/ground_truth/odom")
+    scans = lab.probe.hear(LaserScan, "/scan")
+    diagnostics = lab.probe.hear(DiagnosticArray, "/diagnostics", 10)
+    for fault in FAULTS.values():
+        assert set(lab.probe.set("/firstlap_sim", **fault)) <= {""}
+        lab.driven(lab.probe.moves, "it drives")
+        rolls = Rolls(truth)
+        lab.driven(lambda rolls=rolls: rolls.scans() > 5 * rate, "it drives for seconds")
+    assert len({len(one.ranges) for one in scans}) > 10, "they did differ"
+    timeout = float(lab.until(lambda: told(diagnostics).get("scan timeout [s]"), "its timeout"))
+    assert timeout == pytest.approx(2.5 * period, rel=0.02)
+    assert "contact" not in lab.sim.said
+    said = lab.drive.said
+    assert "beams" not in said
+    assert "future" not in said
