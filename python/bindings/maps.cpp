@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/string.h>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -14,6 +15,7 @@
 #include "firstlap/maps/occupancy_grid.hpp"
 #include "firstlap/maps/params.hpp"
 #include "firstlap/maps/scan_matcher.hpp"
+#include "firstlap/maps/scan_motion.hpp"
 #include "firstlap/sim/car.hpp"
 #include "rooms.hpp"
 #include "tables.hpp"
@@ -71,6 +73,20 @@ nb::tuple match_cloud(const Rows& rows, const maps::ReferenceCloud& reference, c
   }
   std::vector<double> information(found.information.begin(), found.information.end());
   return nb::make_tuple(as_tuple(found.pose), found.fit, found.rms, to_numpy(std::move(information), 3));
+}
+
+nb::object add_scan(maps::ScanMotion& motion, const Ranges& ranges, double time, double angle_min,
+                    double angle_increment, double time_increment, double range_min, double range_max) {
+  const LaserScan scan{angle_min, angle_increment, time_increment,
+                       range_min, range_max,       {ranges.data(), ranges.shape(0)}};
+  std::optional<maps::ScanStep> step;
+  {
+    const nb::gil_scoped_release release;
+    step = motion.add(scan, time);
+  }
+  if (!step) return nb::none();
+  const Pose2& moved = step->motion;
+  return nb::make_tuple(step->begin, step->end, moved.x, moved.y, moved.yaw, step->fit, step->along);
 }
 
 nb::tuple search_field(const maps::LikelihoodField& field, const Rows& rows, const nb::tuple& guess, double radius,
@@ -151,6 +167,19 @@ void bind_mapping(nb::module_& m) {
         nb::arg("params"),
         "Point-to-line matching: pose (x, y, yaw) of the cloud in the reference, share of fitting points, their rms "
         "[m], and information (3, 3) in the cloud's frame. prior: standard deviations along, across, yaw.");
+  nb::class_<maps::ScanMotion>(m, "ScanMotion", "How the car moved between scans, from the scans alone.")
+      .def(
+          "__init__",
+          [](maps::ScanMotion* self, const MapParams& params, const sim::Car& car) {
+            new (self) maps::ScanMotion(params.cloud, params.match, car.geometry);
+          },
+          nb::arg("params"), nb::arg("car"))
+      .def("add", &add_scan, nb::arg("ranges").noconvert(), nb::arg("time"), nb::arg("angle_min"),
+           nb::arg("angle_increment"), nb::arg("time_increment"), nb::arg("range_min"), nb::arg("range_max"),
+           "begin and end [s], forward, left [m], turn [rad] since the scan that was kept before, share of points "
+           "that fit, and share that tells how far the car went; None until there is something to tell. time: [s] of "
+           "the last beam. Releases the GIL.")
+      .def("forget", &maps::ScanMotion::forget, "As if no scan had come.");
   nb::class_<maps::OccupancyGrid>(m, "OccupancyGrid", "Beams counted in cells; row 0 is the lowest.")
       .def(
           "__init__",

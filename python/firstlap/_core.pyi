@@ -398,6 +398,19 @@ def match(cloud: Annotated[NDArray[numpy.float64], dict(shape=(None, None), orde
     Point-to-line matching: pose (x, y, yaw) of the cloud in the reference, share of fitting points, their rms [m], and information (3, 3) in the cloud's frame. prior: standard deviations along, across, yaw.
     """
 
+class ScanMotion:
+    """How the car moved between scans, from the scans alone."""
+
+    def __init__(self, params: MapParams, car: Car) -> None: ...
+
+    def add(self, ranges: Annotated[NDArray[numpy.float32], dict(shape=(None,), order='C', device='cpu', writable=False)], time: float, angle_min: float, angle_increment: float, time_increment: float, range_min: float, range_max: float) -> object:
+        """
+        begin and end [s], forward, left [m], turn [rad] since the scan that was kept before, share of points that fit, and share that tells how far the car went; None until there is something to tell. time: [s] of the last beam. Releases the GIL.
+        """
+
+    def forget(self) -> None:
+        """As if no scan had come."""
+
 class OccupancyGrid:
     """Beams counted in cells; row 0 is the lowest."""
 

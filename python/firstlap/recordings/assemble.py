@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -98,6 +99,7 @@ class _Assembly:
             poses=poses,
             frame=self.frame if poses is not None else "",
             laser=mounting.mount,
+            lateral_speed=None if held.lateral is None else held.lateral.at(times)[:, 0],
             remarks=tuple(self.remarks),
             topics=self.roles.names(),
             about=about,
@@ -172,9 +174,10 @@ class _Assembly:
             poses.values[:, 2] = np.unwrap(poses.values[:, 2])
         moved = poses is not None and bool(np.ptp(poses.values, axis=0).max() > 0.0)
         commands = in_radians(over_time(roles.drive, _command_of), 1, self.remarks)
-        twist = over_time(roles.odom, lambda m: (m.twist.twist.linear.x, m.twist.twist.angular.z))
+        moving = over_time(roles.odom, _twist_of)
         return Sources(
-            twist=twist,
+            twist=None if moving is None else Series(moving.name, moving.times, moving.values[:, :2]),
+            lateral=None if moving is None else Series(moving.name, moving.times, moving.values[:, 2:]),
             turning=over_time(roles.imu, lambda m: (m.angular_velocity.z,)),
             commands=commands,
             steering=over_time(roles.steering, lambda m: (m.position[0],)),
@@ -229,6 +232,13 @@ def _exact(headers: Floats, about: About | None) -> Floats:
     header = np.array(about.header)
     same = np.all(headers == header.astype(np.float32), axis=1)
     return np.where(same[:, None], header, headers)
+
+
+def _twist_of(message: Any) -> tuple[float, float, float]:
+    """Speed, yaw rate and speed to the left, which no planner needs: one that is not finite is none."""
+    twist = message.twist.twist
+    left = twist.linear.y
+    return twist.linear.x, twist.angular.z, left if math.isfinite(left) else 0.0
 
 
 def _command_of(message: Any) -> tuple[float, float]:

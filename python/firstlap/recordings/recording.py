@@ -45,6 +45,7 @@ class Recording:
     poses: (N, 3) x, y, yaw of base_link in `frame`, or None. frame: "map", "odom" or what the recording calls it.
     odometry: (N, 3) x, y, yaw of base_link by odometry alone, where it is known beside poses in a map.
     laser: where it is mounted, where the recording or a person says it; `headers` are turned by it already.
+    lateral_speed: (N,) [m/s] to the left, where the odometry says it; no driver uses it.
     remarks: one line each: what was wrong, dropped or assumed.
     about: for a log of ours, what it says of itself.
     """
@@ -63,6 +64,7 @@ class Recording:
     frame: str = ""
     odometry: Floats | None = None
     laser: Mount | None = None
+    lateral_speed: Floats | None = None
     remarks: tuple[str, ...] = ()
     topics: dict[str, str] = field(default_factory=dict)
     about: About | None = None
@@ -122,4 +124,5 @@ class Recording:
             commands=commands and Commands(commands.topic, commands.speed[part], commands.steering_angle[part]),
             poses=None if self.poses is None else self.poses[part],
             odometry=None if self.odometry is None else self.odometry[part],
+            lateral_speed=None if self.lateral_speed is None else self.lateral_speed[part],
         )

@@ -44,11 +44,13 @@ class Series:
 class Sources:
     """What a recording holds; each may be missing.
 
-    twist: speed, yaw rate. turning: yaw rate of an IMU. commands: speed, wheel angle. steering: wheel angle.
+    twist: speed, yaw rate. lateral: speed to the left. turning: yaw rate of an IMU.
+    commands: speed, wheel angle. steering: wheel angle.
     poses: x, y, yaw (unwrapped). imu_first: the IMU's yaw rate counts where there are two.
     """
 
     twist: Series | None = None
+    lateral: Series | None = None
     turning: Series | None = None
     commands: Series | None = None
     steering: Series | None = None

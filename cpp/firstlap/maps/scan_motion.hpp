@@ -1,0 +1,48 @@
+// How the car moved between scans, from the scans alone: nothing that it measures about itself goes in.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "firstlap/car_geometry.hpp"
+#include "firstlap/maps/cloud.hpp"
+#include "firstlap/maps/scan_matcher.hpp"
+#include "firstlap/types.hpp"
+
+namespace firstlap::maps {
+
+struct ScanStep {
+  double begin = 0.0, end = 0.0;  // [s] of the two scans
+  Pose2 motion{};                 // base_link at the end as seen from base_link at the begin
+  double fit = 0.0;               // share of the points that lie on the walls of the scan before
+  double along = 0.0;             // share of them that tells how far the car went; near 0 in a bare corridor
+};
+
+class ScanMotion {
+ public:
+  ScanMotion(const CloudParams& cloud, const MatchParams& match, const CarGeometry& car);
+
+  // time: [s] of the scan's last beam. The motion since the scan that was kept before, once it is old enough to tell;
+  // nothing until then, after a gap, and for a scan whose header makes no sense.
+  std::optional<ScanStep> add(const LaserScan& scan, double time);
+
+  // As if no scan had come.
+  void forget() noexcept { kept_.reset(); }
+
+ private:
+  struct Kept {
+    double time = 0.0;
+    ReferenceCloud cloud;
+  };
+
+  [[nodiscard]] Match best_match(double elapsed) const noexcept;
+  void keep(double time);
+
+  CloudMaker maker_;
+  MatchParams match_;
+  std::optional<Kept> kept_;
+  Pose2 velocity_{};       // [m/s], [rad/s] over the last step
+  bool tracking_ = false;  // whether velocity_ is known
+};
+
+}  // namespace firstlap::maps

@@ -1,0 +1,1 @@
+"""What the car's own measurements are worth."""

@@ -1,0 +1,187 @@
+"""Odometry held against the scans, its own poses and the commands while the node runs.
+
+The driving thread only notes numbers; what is computed is computed in a thread of its own. Nothing waits for anything.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections import Counter, deque
+from typing import NamedTuple
+
+import numpy as np
+
+from firstlap.estimation.odometry_check import COMMANDS, STANDING, TWIST, Contradiction, Odometry, Pair, judge
+from firstlap.mapping.scan_motion import ScanMotion, ScanStep, as_steps
+from firstlap.scan import Mount, Scan
+
+POLL = 0.02
+"""[s] between two looks for a new scan."""
+LEAST = 0.005
+"""[s] between two odometry messages that are noted."""
+NOTED = 4096
+"""Odometry messages, and commands, that are noted; half of them may be read."""
+LOOKED_AT = 70
+"""Steps that are kept."""
+CONFIRMED = 5
+"""Judgments in a row, a tenth of a second apart, that make a gross contradiction."""
+PRESENT = (STANDING, COMMANDS)
+"""What is known only while it lasts."""
+CARRIED = 10.0
+"""[s] after which scans that moved while odometry stood are forgotten: the car was carried. Not if it was driven."""
+
+
+class _Ring:
+    """Rows of numbers by time: one thread writes, another reads the newest half, without a lock."""
+
+    def __init__(self, columns: int) -> None:
+        self._rows = np.zeros((NOTED, columns))
+        self._count = self._first = 0
+        self.last = -math.inf
+
+    def note(self, row: tuple[float, ...]) -> None:
+        """One more; its first number is the time, and one that goes back begins anew."""
+        if row[0] <= self.last:
+            self._first = self._count
+        self._rows[self._count % NOTED] = row
+        self.last = row[0]
+        self._count += 1
+
+    def newest(self) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
+        """(M, columns), in the order of time."""
+        count = self._count
+        first = max(self._first, count - NOTED // 2)
+        return self._rows[np.arange(first, count) % NOTED]
+
+
+class _Waiting(NamedTuple):
+    scan: Scan
+    time: float
+    mount: Mount
+
+
+class OdometryWatch:
+    """What contradicts what. `reason` and `remarks` may be read at any time."""
+
+    def __init__(self) -> None:
+        self.reason = ""
+        self.remarks: tuple[str, ...] = ()
+        self.compared: tuple[str, ...] = ()
+        self.forget()
+        self._over = threading.Event()
+        self._thread: threading.Thread | None = None
+
+    def forget(self) -> None:
+        """As if nothing had been heard. Not while the thread runs."""
+        self._odometry, self._commands = _Ring(7), _Ring(2)
+        self._poses_moved = False
+        self._first_pose: tuple[float, float, float] | None = None
+        self._turning: float | None = None
+        self._waiting: _Waiting | None = None
+        self._done: _Waiting | None = None
+        self._mount: Mount | None = None
+        self._steps: deque[ScanStep] = deque(maxlen=LOOKED_AT)
+        self._verdicts: dict[Pair, tuple[float, Contradiction | None]] = {}
+        self._streaks: Counter[Pair] = Counter()
+        self.reason, self.remarks, self.compared = "", (), ()
+
+    # The driving thread.
+
+    def hear_odometry(self, time: float, twist: tuple[float, float, float], pose: tuple[float, float, float]) -> None:
+        """twist: forward, left [m/s], yaw rate [rad/s]; pose: x, y [m], yaw [rad]."""
+        if 0.0 < time - self._odometry.last < LEAST:
+            return
+        if self._first_pose is None:
+            self._first_pose = pose
+        self._poses_moved = self._poses_moved or pose != self._first_pose
+        forward, left, yaw_rate = twist
+        self._odometry.note((time, forward, left, yaw_rate if self._turning is None else self._turning, *pose))
+
+    def hear_yaw_rate(self, yaw_rate: float) -> None:
+        """[rad/s] of an IMU, which takes the place of the odometry's."""
+        self._turning = yaw_rate
+
+    def hear_command(self, time: float, speed: float) -> None:
+        """[m/s]"""
+        self._commands.note((time, speed))
+
+    def hear_scan(self, scan: Scan, time: float, mount: Mount) -> None:
+        """time: [s] of its last beam."""
+        self._waiting = _Waiting(scan, time, mount)
+
+    # The other thread.
+
+    def start(self) -> None:
+        """Begins to work in a thread of its own."""
+        self.forget()
+        self._over.clear()
+        self._thread = threading.Thread(target=self._run, name="odometry watch", daemon=True)
+        self._thread.start()
+
+    def stop(self) -> None:
+        """Ends it."""
+        self._over.set()
+        if self._thread is not None:
+            self._thread.join()
+            self._thread = None
+
+    def _run(self) -> None:
+        while not self._over.is_set():
+            try:
+                worked = self.work()
+            except Exception as error:  # a check that died must not look like one that found nothing
+                self.remarks = (f"odometry is not checked any more: {error!r}",)
+                return
+            if not worked:
+                time.sleep(POLL)
+
+    def work(self) -> bool:
+        """One scan, if a new one waits. Whether there was one."""
+        waiting = self._waiting
+        if waiting is None or waiting is self._done:
+            return False
+        self._done = waiting
+        if waiting.mount != self._mount:
+            self._mount, self._motion = waiting.mount, ScanMotion.at(waiting.mount)
+        step = self._motion.add(waiting.scan, waiting.time)
+        if step is not None:
+            if self._steps and step.begin < self._steps[-1].begin:
+                self._steps.clear()
+            self._steps.append(step)
+            self._judge(step.end)
+        return True
+
+    def steps(self) -> list[ScanStep]:
+        """The newest steps of the scans."""
+        return list(self._steps)
+
+    def _judge(self, now: float) -> None:
+        rows, commands = self._odometry.newest(), self._commands.newest()
+        poses = rows[:, 4:7].copy() if self._poses_moved else None
+        if poses is not None:
+            poses[:, 2] = np.unwrap(poses[:, 2])
+        turning = TWIST if self._turning is None else "the IMU"
+        odometry = Odometry(rows[:, 0], rows[:, 1:4], poses, turning)
+        steps = as_steps(list(self._steps), commands[:, 0], commands[:, 1])
+        driven = bool(np.any(np.nan_to_num(steps.commands) > 0.0))
+        self._keep(judge(odometry, steps), now, driven)
+        found = [verdict for _, verdict in self._verdicts.values() if verdict is not None]
+        self.remarks = tuple(one.text for one in found)
+        self.compared = tuple(str(pair.reference) for pair in self._verdicts)
+        self.reason = next((one.text for one in found if one.gross), "")
+
+    def _keep(self, judged: dict[Pair, Contradiction | None], now: float, driven: bool) -> None:
+        """What was judged before stays until it is judged anew."""
+        for pair, (when, verdict) in list(self._verdicts.items()):
+            carried = verdict is not None and verdict.kind == "zero" and not driven and now - when > CARRIED
+            if carried or (pair.reference in PRESENT and pair not in judged):
+                del self._verdicts[pair]
+        for pair in [pair for pair in self._streaks if pair not in judged]:
+            del self._streaks[pair]
+        for pair, verdict in judged.items():
+            grows = verdict is not None and verdict.gross
+            self._streaks[pair] = self._streaks[pair] + 1 if grows else 0
+            if not grows or self._streaks[pair] >= CONFIRMED:
+                self._verdicts[pair] = (now, verdict)
