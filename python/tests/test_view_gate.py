@@ -277,7 +277,7 @@ def test_what_cannot_be_listened_on_is_one_line(where: dict[str, Any], message: 
 
 
 def test_a_token_that_is_soon_guessed_is_refused() -> None:
-    with pytest.raises(InputError, match="--token"):
+    with pytest.raises(InputError, match="the token: expected 8"):
         Gate("short")
 
 
@@ -324,3 +324,44 @@ def test_a_request_that_never_ends_is_dropped(open_house: House) -> None:
     with pytest.raises((http.client.HTTPException, OSError)):
         connection.getresponse()
     connection.close()
+
+
+def test_watchers_cannot_lock_out_who_controls(locked_house: House) -> None:
+    gate = locked_house.gate
+    control, watch = cookie_from(gate, gate.url), cookie_from(gate, gate.watch_url)
+    watchers = [Viewer(gate, cookie=watch).enter() for _ in range(gate_module.WATCHERS)]
+    with pytest.raises(InvalidStatus, match="503"):
+        Viewer(gate, cookie=watch)
+    room = gate_module.VIEWERS - gate_module.WATCHERS
+    # The last one takes a watcher's place.
+    controllers = [Viewer(gate, cookie=control).enter() for _ in range(room + 1)]
+    with pytest.raises(ConnectionClosed):
+        for _ in range(1000):
+            watchers[-1].heard(0.1)
+    controllers[-1].heard(0.1)
+    watchers[0].heard(0.1)
+    for viewer in (*controllers, *watchers[:-1]):
+        viewer.close()
+
+
+def test_who_says_nothing_takes_up_no_place(locked_house: House, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(guarded, "FIRST_MESSAGE", 0.3)
+    gate = locked_house.gate
+    silent = Viewer(gate, cookie=cookie_from(gate, gate.watch_url))
+    with pytest.raises(ConnectionClosed):
+        for _ in range(1000):
+            silent.heard(0.1)
+
+
+def test_the_address_that_opens_the_browser_holds_no_token_and_serves_once(locked_house: House) -> None:
+    gate = locked_house.gate
+    address = gate.opening_url()
+    assert "token" not in address
+    assert not any(part in address for part in ("green", gate.url.partition("=")[2]))
+    status, _, headers = get(gate, address[address.index("/?") :])
+    assert (status, headers["Location"]) == (303, "/")
+    cookie = headers["Set-Cookie"].partition(";")[0]
+    assert get(gate, "/", Cookie=cookie)[0] == 200
+    assert get(gate, address[address.index("/?") :])[0] == 403
+    assert get(gate, "/?key=guess")[0] == 403
+    assert get(gate, "/?key=")[0] == 403

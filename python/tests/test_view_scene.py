@@ -29,7 +29,7 @@ from firstlap.view.layers import LAYERS, MIDDLE, RETURNS
 from firstlap.view.map_shapes import best_of
 from firstlap.view.opponents import draw
 from firstlap.view.plots import PLOTS, SECONDS, STEPS, History, Plots, _so_far, drawable, head_of
-from firstlap.view.scene import Scene
+from firstlap.view.scene import Scene, commanded
 from firstlap.view.shapes import compose, inverse
 from firstlap.view.status import scale_of, status_of
 
@@ -467,3 +467,32 @@ def test_a_closed_pit_wall_leaves_no_thread_and_says_nothing(
 def test_every_layer_has_a_node_and_a_word_of_explanation(scene: Scene, server: Any) -> None:
     assert {layer.node for layer in LAYERS} <= nodes(server)
     assert all(layer.doc and layer.title for layer in LAYERS)
+
+
+def test_the_lookahead_ring_goes_along_with_the_car(scene: Scene, server: Any, frames: dict[str, Frame]) -> None:
+    """Both only move: a browser shows the two poses of one step in one picture, and new points one picture later."""
+    frame = frames["local"]
+    scene.show(frame)
+    name = next(node for node in nodes(server) if node.endswith("/lookahead"))
+    ring = shown(server, name)
+    assert ring is not None and frame.pose is not None
+    at = frame.trace["lookahead"]
+    assert ring.position[:2] == pytest.approx(compose(frame.pose, (at["x"], at["y"], 0.0))[:2], abs=1e-3)
+    points = ring.vertices.copy()
+    pose = (frame.pose[0] + 1.0, *frame.pose[1:])
+    scene.show(replace(frame, number=frame.number + 1, pose=pose))
+    assert ring.position[0] == pytest.approx(compose(pose, (at["x"], at["y"], 0.0))[0], abs=1e-3)
+    assert np.array_equal(ring.vertices, points)
+    scene.show(replace(frame, trace={}))
+    assert shown(server, name) is None
+
+
+def test_what_the_car_is_sent_is_shown_rather_than_the_wish_of_the_driver(frames: dict[str, Frame]) -> None:
+    frame = frames["local"]
+    wish = frame.trace["result"][0]
+    assert wish > 1.0 and commanded(frame)[0] == wish
+    stopped = replace(frame, going=False, said="emergency stop", sent=(0.0, 0.1))
+    assert commanded(stopped)[:2] == (0.0, 0.1)
+    assert "of 0.0" in status_of(stopped, "setup sure", 30.0)
+    (curve,) = [curve for curve in PLOTS[0].curves if curve.name("local") == "commanded"]
+    assert curve.value(stopped) == 0.0

@@ -612,3 +612,18 @@ def test_the_command_serves_until_ctrl_c(cli: Callable[..., Said], tmp_path: Pat
         assert process.returncode == 0, said
         assert "Traceback" not in said
         assert "leaked" not in said
+
+
+def test_after_a_stop_the_race_shows_the_command_that_is_sent(arena: firstlap.Track) -> None:
+    race = sim_race(arena)
+    for _ in range(120):
+        race.tick()
+    assert race.frame().sent is None
+    race.stop()
+    for _ in range(4):
+        race.tick()
+    frame = race.frame()
+    assert frame.trace["result"][0] > 0.0  # the driver would drive on
+    assert frame.sent is not None and frame.sent[0] == 0.0
+    race.go()
+    assert race.frame().sent is None

@@ -32,6 +32,7 @@ from firstlap.errors import InputError, missing_extra
 from firstlap.recordings.paths import KINDS, is_recording
 from firstlap.tracks.library import TRACK_FILES, list_tracks, load_track
 from firstlap.view.conditions import PACE_FIELDS, checked_pace
+from firstlap.yaml_text import read_text
 
 if TYPE_CHECKING:
     from firstlap.view.app import MakePanel
@@ -40,6 +41,8 @@ if TYPE_CHECKING:
 PORT = 8080
 TRIED = 20
 """Ports from the usual one on, where none was asked for."""
+TOKEN_VARIABLE = "FIRSTLAP_TOKEN"
+"""Of the environment."""
 PACES = PACE_FIELDS.fields[0].range
 
 
@@ -80,8 +83,11 @@ def view(
         int | None,
         typer.Option("--port", min=0, max=65535, help=f"Default: {PORT}, or the next free one; 0: any."),
     ] = None,
-    token: Annotated[
-        str | None, typer.Option("--token", metavar="TOKEN", help="For those who control; else one is made up.")
+    token_file: Annotated[
+        Path | None,
+        typer.Option(
+            "--token-file", metavar="FILE", help="Its first line is for those who control; - is standard input."
+        ),
     ] = None,
     open_browser: Annotated[bool, typer.Option("--open/--no-open", help="Open the browser.")] = True,
 ) -> int:
@@ -116,7 +122,7 @@ def view(
         for remark in remarks:
             note(remark)
         source = _recording(loaded, chosen, loaded_car, map_path, not keep_body, times)
-    return _serve(source, host, choose_port(host, port), token, open_browser)
+    return _serve(source, host, choose_port(host, port), _token(token_file), open_browser)
 
 
 def is_track(what: str) -> bool:
@@ -132,6 +138,15 @@ def is_track(what: str) -> bool:
         except InputError as error:
             raise InputError(f"{error}; a recording is {KINDS}") from None
     return path.suffix.lower() in TRACK_FILES
+
+
+def _token(file: Path | None) -> str | None:
+    """Of those who control, from a file, standard input or the environment: not from the command line, which every
+    user of the machine sees in the list of processes. Raises InputError."""
+    if file is None:
+        return os.environ.get(TOKEN_VARIABLE)
+    text = sys.stdin.readline() if str(file) == "-" else read_text(file, "a file with a token")
+    return (text.splitlines() or [""])[0].strip()
 
 
 def _given(topics: Any) -> dict[str, object]:
@@ -208,7 +223,7 @@ def _serve(source: Source, host: str, port: int, token: str | None, open_browser
         app = serve(source, host=host, port=port, gate=gate, panel=panels_of(source))
         _say(gate)
         if open_browser and _has_display():
-            _open(gate.url)
+            _open(gate.opening_url())
         _wait()
     finally:
         if app is not None:

@@ -459,7 +459,7 @@ class DriveNode(LifecycleNode):
         end = min(stamp + sweep, now)  # of the scan: some drivers stamp its first beam, some its last
         self.health.step(spent, time.perf_counter() - began, now - end, command.status)
         self.markers.publish(self.driving.handle, stamp)
-        self.traces.publish((speed, yaw_rate, steering_angle), end, spent)
+        self.traces.publish((speed, yaw_rate, steering_angle), end, spent, limited)
 
     def publish_drive(self, speed: float, steering_angle: float, stamp: Any = None) -> None:
         """A command; its stamp is the one of the scan that it answers, or now."""

@@ -33,7 +33,8 @@ HEAD = struct.Struct("<4sI")
 class Told:
     """What comes with a trace. born: tells one run of the node from the next. time: [s] of the end of the scan, or of
     now where the car stands. speed [m/s], yaw_rate [rad/s], steering_angle [rad]: as the driver took them. step_us:
-    its own time. going: whether the car may move. said: why not."""
+    its own time. going: whether the car may move. said: why not. sent_speed [m/s], sent_angle [rad]: the command that
+    is sent."""
 
     born: str
     driver: str
@@ -44,6 +45,8 @@ class Told:
     step_us: float
     going: bool
     said: str
+    sent_speed: float = 0.0
+    sent_angle: float = 0.0
 
 
 def encode(told: Told, trace: Mapping[str, Any]) -> bytes:

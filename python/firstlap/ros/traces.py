@@ -26,17 +26,17 @@ class Traces:
         self._born = f"{os.getpid()}-{time.time_ns()}"
         self._next = 0.0
 
-    def publish(self, state: tuple[float, float, float], stamp: float, spent: float) -> None:
-        """After a step: state that it was given, end of its scan [s], time that it took [s]."""
+    def publish(self, state: tuple[float, float, float], stamp: float, spent: float, sent: tuple[float, float]) -> None:
+        """After a step: state that it was given, end of its scan [s], time that it took [s], command that is sent."""
         if self._wanted():
-            self._send(self._told(state, stamp, spent, True, ""), self._node.driving.handle.trace)
+            self._send(self._told(state, stamp, spent, "", sent), self._node.driving.handle.trace)
 
     def stands(self) -> None:
         """While the car may not drive: why."""
         if self._wanted():
             node = self._node
             why = (node.watchdog.tripped or "not armed") if node.active else "the node is not active"
-            self._send(self._told(node.state.at(node.steering), node.now(), 0.0, False, why), {})
+            self._send(self._told(node.state.at(node.steering), node.now(), 0.0, why, (0.0, node.steering)), {})
 
     def _wanted(self) -> bool:
         now, rate = time.monotonic(), value_of(self._node, "trace_rate")
@@ -45,10 +45,25 @@ class Traces:
         self._next = max(self._next + 1.0 / rate, now)
         return True
 
-    def _told(self, state: tuple[float, float, float], stamp: float, spent: float, going: bool, said: str) -> Told:
+    def _told(
+        self, state: tuple[float, float, float], stamp: float, spent: float, why: str, sent: tuple[float, float]
+    ) -> Told:
+        """why: the car may not drive; nothing where it may."""
         driver = self._node.driving.setup.driver
-        speed, yaw_rate, steering_angle = (float(value) for value in state)
-        return Told(self._born, driver, stamp, speed, yaw_rate, steering_angle, 1e6 * spent, going, said)
+        speed, yaw_rate, steering_angle, sent_speed, sent_angle = (float(value) for value in (*state, *sent))
+        return Told(
+            self._born,
+            driver,
+            stamp,
+            speed,
+            yaw_rate,
+            steering_angle,
+            1e6 * spent,
+            not why,
+            why,
+            sent_speed,
+            sent_angle,
+        )
 
     def _send(self, told: Told, trace: Any) -> None:
         try:

@@ -10,7 +10,7 @@ import numpy as np
 from firstlap.colours import INK, PAPER, PATH, rgb
 from firstlap.view.layers import BODY
 from firstlap.view.pens import Sheet, Solid, Strokes
-from firstlap.view.shapes import Mesh, arrow, chain, disc, merged, prism
+from firstlap.view.shapes import Mesh, arrow, chain, disc, merged, moved, prism
 
 FLOOR, ROOF = 0.06, 0.10
 """[m] under and over the body; from above they only say what hides what."""
@@ -30,7 +30,7 @@ class CarShape:
         body, outline = _body(geometry)
         Solid(sheet, f"{node}/chassis", body, rgb(PAPER))
         Strokes(sheet, f"{node}/outline", rgb(INK), 2.0).show(chain(outline, ROOF + 0.005))
-        rear = merged([_moved(_wheel(), 0.0, side * self._track) for side in (-1.0, 1.0)])
+        rear = merged([moved(_wheel(), 0.0, side * self._track) for side in (-1.0, 1.0)])
         Solid(sheet, f"{node}/rear", rear, rgb(INK))
         self._front = [
             (Solid(sheet, f"{node}/front_{name}", _wheel(), rgb(INK)), side * self._track)
@@ -70,7 +70,3 @@ def _body(geometry: Mapping[str, float]) -> tuple[Mesh, np.ndarray]:
 def _wheel() -> Mesh:
     x, y = 0.5 * WHEEL[0], 0.5 * WHEEL[1]
     return prism(np.array([[-x, -y], [x, -y], [x, y], [-x, y]]), 0.0, ROOF + 0.015)
-
-
-def _moved(mesh: Mesh, x: float, y: float) -> Mesh:
-    return mesh[0] + np.array([x, y, 0.0], np.float32), mesh[1]

@@ -45,6 +45,7 @@ class Frame:
     began: [s] of the source's clock at which the running lap began, where the source knows it.
     laps: complete ones, oldest first. before: the trace of the loaded setup over the same scan, where another one is
     tried on a recording. going: whether the car may move. said: why it does not, or what just happened.
+    sent: speed [m/s] and steering angle [rad] that the car is sent instead of the step's result; None where it is that.
     """
 
     number: int
@@ -64,6 +65,7 @@ class Frame:
     before: Mapping[str, Any] | None = None
     going: bool = True
     said: str = ""
+    sent: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)

@@ -30,7 +30,12 @@ from firstlap.view.replay import skip_what_is_gone
 
 VIEWERS = 16
 """At the same time."""
+WATCHERS = 12
+"""Of them at most: the others are for those who control, of whom one that finds no place takes a watcher's."""
+OPENING = 60.0
+"""[s] for which the address that opens the browser of this machine lets one page in."""
 SHORTEST_TOKEN, LONGEST_TOKEN = 8, 200
+NO_TOKEN = "a right token is needed: ask whoever started this page for its address"
 
 Process = Callable[[ServerConnection, Request], "Response | None"]
 Handler = Callable[[ServerConnection], Awaitable[None]]
@@ -49,7 +54,7 @@ class Gate:
 
     def __init__(self, token: str | None = None) -> None:
         if token is not None and not (SHORTEST_TOKEN <= len(token) <= LONGEST_TOKEN and token.isprintable()):
-            raise InputError(f"--token: expected {SHORTEST_TOKEN} to {LONGEST_TOKEN} printable characters")
+            raise InputError(f"the token: expected {SHORTEST_TOKEN} to {LONGEST_TOKEN} printable characters")
         self.host = ""
         self.port = 0
         self.loopback = False
@@ -58,7 +63,9 @@ class Gate:
         self._cookies = {role: secrets.token_urlsafe(24) for role in Role}
         self._roles: dict[int, Role] = {}
         self._ready = threading.Event()
-        self._live: set[ServerConnection] = set()
+        self._live: dict[ServerConnection, Role] = {}
+        self._leaving: set[asyncio.Task[None]] = set()
+        self._key, self._key_until = "", 0.0
 
     def open(self, host: str = "127.0.0.1", port: int = 8080) -> viser.ViserServer:
         """The server, once. host: a name or address of this machine. port: 0 for any free one. Raises InputError."""
@@ -122,6 +129,25 @@ class Gate:
         """The address to control from."""
         return self._url(Role.CONTROL)
 
+    def opening_url(self) -> str:
+        """The address to hand to a browser of this machine, once: every user sees it in the list of processes.
+
+        Its key lets one page in, which gets a cookie and an address without a token.
+        """
+        if not self._tokens:
+            return self.url
+        self._key, self._key_until = secrets.token_urlsafe(18), time.monotonic() + OPENING
+        return f"http://{_shown(self.host)}:{self.port}/?key={self._key}"
+
+    def _fits_key(self, request: Request) -> bool:
+        """Whether the request has the key of `opening_url`, which is then spent."""
+        given = parse_qs(urlsplit(request.path).query).get("key", [""])[-1]
+        key, in_time = self._key, time.monotonic() < self._key_until
+        if not (key and in_time and hmac.compare_digest(given.encode("utf-8", "replace"), key.encode())):
+            return False
+        self._key = ""
+        return True
+
     @property
     def watch_url(self) -> str | None:
         """The address to watch from; None where everybody who gets in may control."""
@@ -143,11 +169,14 @@ class Gate:
 
     def _guard(self, handler: Handler) -> Handler:
         async def guarded(connection: ServerConnection) -> None:
-            if len(self._live) >= VIEWERS:
+            role = connection.role if isinstance(connection, GuardedConnection) else Role.WATCH
+            if not self._has_place(role):
                 await connection.close(1013, "too many viewers")
                 return
-            self._live.add(connection)
-            _role.set(connection.role if isinstance(connection, GuardedConnection) else Role.WATCH)
+            if len(self._live) >= VIEWERS:
+                self._evict()
+            self._live[connection] = role
+            _role.set(role)
             try:
                 while not self._ready.is_set():
                     await asyncio.sleep(0.01)
@@ -158,17 +187,35 @@ class Gate:
                 _say(error)
                 await connection.close(1003, "not understood")
             finally:
-                self._live.discard(connection)
+                self._live.pop(connection, None)
 
         return guarded
+
+    def _has_place(self, role: Role) -> bool:
+        watchers = sum(one is Role.WATCH for one in self._live.values())
+        if role is Role.WATCH:
+            return watchers < WATCHERS and len(self._live) < VIEWERS
+        return watchers > 0 or len(self._live) < VIEWERS
+
+    def _evict(self) -> None:
+        """The watcher who came last makes place for one who controls."""
+        last = next(one for one in reversed(self._live) if self._live[one] is Role.WATCH)
+        del self._live[last]
+        leaving = asyncio.ensure_future(last.close(1013, "its place was needed by one who controls"))
+        self._leaving.add(leaving)
+        leaving.add_done_callback(self._leaving.discard)
 
     def _ask(self, process: Process) -> Process:
         def asked(connection: ServerConnection, request: Request) -> Response | None:
             role, refusal = self._judge(request)
             response: Response | None
-            if role is None:
+            if role is None and refusal == NO_TOKEN and self._fits_key(request):
+                role = Role.CONTROL
+                response = connection.respond(http.HTTPStatus.SEE_OTHER, "")
+                response.headers["Location"] = "/"
+            elif role is None:
                 response = connection.respond(http.HTTPStatus.FORBIDDEN, refusal + "\n")
-            elif "Upgrade" in request.headers and len(self._live) >= VIEWERS:
+            elif "Upgrade" in request.headers and not self._has_place(role):
                 response = connection.respond(http.HTTPStatus.SERVICE_UNAVAILABLE, "too many viewers\n")
             else:
                 assert isinstance(connection, GuardedConnection)
@@ -209,7 +256,7 @@ class Gate:
         if not self._tokens:
             return Role.CONTROL, ""
         role = self._known(request)
-        return role, "a right token is needed: ask whoever started this page for its address"
+        return role, NO_TOKEN
 
     def _is_ours(self, host: str) -> bool:
         name, colon, port = host.rpartition(":")

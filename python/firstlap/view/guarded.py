@@ -19,6 +19,8 @@ QUEUE = 4
 """Messages of one browser that wait to be read."""
 PATIENCE = 10.0
 """[s] that a browser may take none of what it is sent. websockets' own ping waits behind what is not taken."""
+FIRST_MESSAGE = 10.0
+"""[s] within which a page says where it looks from, as viser's does at once; who says nothing takes up no place."""
 RATE = 200.0
 """[1/s] Messages that are taken of one browser in the long run; a page sends some 70 while everything is dragged."""
 BURST = 200.0
@@ -122,11 +124,12 @@ class GuardedConnection(ServerConnection):
     def __init__(self, *arguments: Any, **options: Any) -> None:
         super().__init__(*arguments, **options)
         self._allowance = Allowance(RATE, BURST)
+        self._has_spoken = False
 
     async def recv(self, decode: bool | None = None) -> Any:
-        """The next message that may pass. Raises ConnectionClosed."""
+        """The next message that may pass. Raises ConnectionClosed, also where none came within FIRST_MESSAGE."""
         while True:
-            message = await super().recv(decode)
+            message = await (super().recv(decode) if self._has_spoken else self._first(decode))
             wait = self._allowance.take(monotonic())
             if wait > 0.0:
                 await asyncio.sleep(wait)
@@ -135,6 +138,15 @@ class GuardedConnection(ServerConnection):
                     return message
             except ValueError:
                 await self.close(1003, "not a message of this page")
+
+    async def _first(self, decode: bool | None) -> Any:
+        try:
+            message = await asyncio.wait_for(super().recv(decode), FIRST_MESSAGE)
+        except asyncio.TimeoutError:
+            await self.close(1008, "nothing was said")
+            return await super().recv(decode)
+        self._has_spoken = True
+        return message
 
     async def send(self, message: Any, text: bool | None = None) -> None:
         """Raises ConnectionClosed, also where nothing was taken for PATIENCE."""

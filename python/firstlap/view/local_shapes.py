@@ -13,11 +13,25 @@ from firstlap.colours import LINE as LINE_COLOUR
 from firstlap.colours import PATH as PATH_COLOUR
 from firstlap.view.frame import Points
 from firstlap.view.layers import AIM, CLEANED, LINE, PATH, REMEMBERED, RETURNS, WIDTHS
-from firstlap.view.pens import Cloud, Sheet, SpeedLine, Strokes
-from firstlap.view.shapes import NOTHING, Segments, chain, circle, column_in, joined, number_in, pointer, points_in
+from firstlap.view.pens import Cloud, Sheet, Solid, SpeedLine, Strokes
+from firstlap.view.shapes import (
+    NOTHING,
+    Mesh,
+    arrow,
+    chain,
+    column_in,
+    joined,
+    merged,
+    moved,
+    number_in,
+    points_in,
+    ring,
+)
 
 RING = 0.12
 """[m] Radius of the ring around the lookahead point."""
+STROKE, MARK_HEIGHT = 0.025, 0.045
+"""[m] Width of its strokes, and where it lies."""
 KEPT = 0
 BOTH = 3
 """Fate of a section that counts, support of a centerline point that has both walls (segmentation, centerline.hpp)."""
@@ -38,14 +52,21 @@ class LocalShapes:
         self._smoothed = Strokes(sheet, f"{CLEANED.node}/smoothed", rgb(INK), 1.5)
         self._simplified = Cloud(sheet, f"{CLEANED.node}/simplified", rgb(INK), 0.09, 0.04)
         self._path = SpeedLine(sheet, f"{PATH.node}/path", 0.07, 0.035)
-        self._lookahead = Strokes(sheet, f"{AIM.node}/lookahead", rgb(PATH_COLOUR), 3.0)
+        self._lookahead = Solid(sheet, f"{AIM.node}/lookahead", _mark(), rgb(PATH_COLOUR), visible=False)
 
     def show(self, trace: Mapping[str, Any], top: float) -> None:
         """top [m/s]: where the colours of speeds end. An empty trace shows nothing."""
         self._show_returns(trace)
         self._show_line(trace)
         self._path.show(points_of_path(trace), column_in(trace, "path", "velocity"), top)
-        self._lookahead.show(_mark(trace))
+        self._show_lookahead(trace)
+
+    def _show_lookahead(self, trace: Mapping[str, Any]) -> None:
+        x, y, yaw = (number_in(trace, "lookahead", name) for name in ("x", "y", "yaw"))
+        if len(column_in(trace, "path", "s")) and math.isfinite(x + y + yaw):
+            self._lookahead.show(x, y, MARK_HEIGHT, yaw)
+        else:
+            self._lookahead.hide()
 
     def _show_returns(self, trace: Mapping[str, Any]) -> None:
         right, left, dropped = by_side(trace)
@@ -86,11 +107,6 @@ def by_side(trace: Mapping[str, Any]) -> tuple[Points, Points, Points]:
     return points[side == 0], points[side == 1], points[side == 2]
 
 
-def _mark(trace: Mapping[str, Any]) -> Segments:
-    """The lookahead point: a ring, and an arrow along the path there."""
-    x, y, yaw = (number_in(trace, "lookahead", name) for name in ("x", "y", "yaw"))
-    if not len(column_in(trace, "path", "s")) or not math.isfinite(x + y + yaw):
-        return chain(NOTHING, 0.0)
-    at = np.array([x, y])
-    begin = at + RING * np.array([math.cos(yaw), math.sin(yaw)])
-    return np.concatenate([circle(at, RING, 0.045), pointer(begin, yaw, 4.0 * RING, 0.045)])
+def _mark() -> Mesh:
+    """The lookahead point: a ring, and an arrow along the path there. It only moves, and so goes along with the car."""
+    return merged([ring(RING, STROKE), moved(arrow(4.0 * RING, STROKE, RING), RING, 0.0)])

@@ -10,13 +10,12 @@ import numpy as np
 from firstlap.colours import BAD, FREE, INK, LEFT, RETURN, RIGHT, rgb
 from firstlap.colours import LINE as LINE_COLOUR
 from firstlap.colours import PATH as PATH_COLOUR
+from firstlap.view.frame import Points
 from firstlap.view.layers import AIM, KNOWN, LINE, PATH, RETURNS
+from firstlap.view.local_shapes import RING, STROKE
 from firstlap.view.opponents import ABOVE, NO_LINES, draw
-from firstlap.view.pens import Cloud, Fan, Sheet, SpeedLine, Strokes
-from firstlap.view.shapes import chain, circle
-
-RING = 0.12
-"""[m] Radius of the ring around an aim."""
+from firstlap.view.pens import Cloud, Fan, Sheet, Solid, SpeedLine, Strokes
+from firstlap.view.shapes import chain, circle, ring
 
 
 class OpponentShapes:
@@ -32,7 +31,7 @@ class OpponentShapes:
         self._chosen = Fan(sheet, f"{AIM.node}/chosen", rgb(FREE), 0.18, 0.004)
         self._trouble = Cloud(sheet, f"{AIM.node}/trouble", rgb(BAD), 0.11, 0.04)
         self._aim = Strokes(sheet, f"{AIM.node}/ray", rgb(PATH_COLOUR), 2.5)
-        self._goal = Strokes(sheet, f"{AIM.node}/goal", rgb(PATH_COLOUR), 3.0)
+        self._goal = Solid(sheet, f"{AIM.node}/goal", ring(RING, STROKE), rgb(PATH_COLOUR), visible=False)
         self._arc = Strokes(sheet, f"{AIM.node}/arc", rgb(INK), 2.0)
         self._wanted = Strokes(sheet, f"{AIM.node}/wanted", rgb(BAD), 2.0)
         self._left = Strokes(sheet, f"{AIM.node}/left", rgb(LEFT), 2.0)
@@ -51,7 +50,7 @@ class OpponentShapes:
         self._chosen.show(self._laser, drawing.chosen)
         self._trouble.show(drawing.trouble)
         self._aim.show(chain(drawing.aim, ABOVE))
-        self._goal.show(circle(drawing.aim[-1], RING, ABOVE) if len(drawing.aim) else NO_LINES)
+        self._show_goal(drawing.aim)
         self._arc.show(chain(drawing.arc, ABOVE))
         self._wanted.show(chain(drawing.wanted, ABOVE))
         self._left.show(drawing.left)
@@ -59,3 +58,9 @@ class OpponentShapes:
         self._spread.show(circle(np.zeros(2), drawing.spread, 2.0 * ABOVE) if drawing.spread else NO_LINES)
         self._outlines.show(drawing.outlines)
         self._plan.show(drawing.plan, drawing.plan_speed, top)
+
+    def _show_goal(self, aim: Points) -> None:
+        if len(aim):
+            self._goal.show(float(aim[-1][0]), float(aim[-1][1]), ABOVE, 0.0)
+        else:
+            self._goal.hide()

@@ -213,7 +213,7 @@ class RosSource(Holding):
         frame = Frame(
             self._next(), told.time, places.at(told.time), told.speed, told.yaw_rate, told.steering_angle,
             told.driver if trace else "", shown, told.step_us, clearance=places.book.clearance, laps=places.book.laps,
-            going=told.going, said=self._with_trouble(told.said),
+            going=told.going, said=self._with_trouble(told.said), sent=(told.sent_speed, told.sent_angle),
         )  # fmt: skip
         self._frame = frame
 

@@ -92,8 +92,10 @@ def _light(api: viser.SceneApi) -> None:
 
 
 def commanded(frame: Frame) -> tuple[float, float, str]:
-    """Speed [m/s], wheel angle [rad] and status; NaN and "" before the first step."""
+    """Speed [m/s] and wheel angle [rad] that the car is sent, and status; NaN and "" before the first step."""
     speed, angle, status = frame.trace.get("result") or (math.nan, math.nan, "")
+    if frame.sent is not None:
+        speed, angle = frame.sent
     return float(speed), float(angle), str(status)
 
 

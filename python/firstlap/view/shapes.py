@@ -102,15 +102,6 @@ def circle(middle: Points, radius: float, height: float) -> Segments:
     return chain(middle + radius * np.column_stack([np.cos(angle), np.sin(angle)]), height)
 
 
-def pointer(begin: Points, yaw: float, length: float, height: float) -> Segments:
-    """An arrow of lines from a point (2,)."""
-    c, s = math.cos(yaw), math.sin(yaw)
-    tip = 0.25 * length
-    corners = np.array([[0.0, 0.0], [length, 0.0], [length - tip, 0.6 * tip], [length - tip, -0.6 * tip]])
-    turned = corners @ np.array([[c, s], [-s, c]]) + begin
-    return joined(turned[[0, 2, 3]], turned[[1, 1, 1]], height)
-
-
 def about_z(yaw: float) -> Quaternion:
     """w, x, y, z of a turn by `yaw` [rad]."""
     return math.cos(0.5 * yaw), 0.0, 0.0, math.sin(0.5 * yaw)
@@ -159,6 +150,18 @@ def fence(points: Points, height: float) -> Mesh:
 def disc(radius: float, height: float = 0.0, corners: int = 24) -> Mesh:
     """A flat disc around the origin."""
     return prism(_circle(radius, corners), height, height)
+
+
+def ring(radius: float, width: float, corners: int = 32) -> Mesh:
+    """A flat ring around the origin; radius of the middle of its rim."""
+    rims = [_circle(radius + side * width, corners) for side in (-0.5, 0.5)]
+    faces = [face for i in range(corners) for face in _wall(i, (i + 1) % corners, corners)]
+    return raised(np.vstack(rims), 0.0), np.array(faces, dtype=np.uint32)
+
+
+def moved(mesh: Mesh, x: float, y: float) -> Mesh:
+    """It, from where it was."""
+    return mesh[0] + np.array([x, y, 0.0], np.float32), mesh[1]
 
 
 def _circle(radius: float, corners: int) -> Points:

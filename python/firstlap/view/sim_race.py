@@ -277,4 +277,5 @@ class SimRace:
             began=min(self._began, seen.time),
             going=self.going and not self._hit,
             said=self.said,
+            sent=None if self.going else (0.0, self._steering),
         )
