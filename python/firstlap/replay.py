@@ -21,6 +21,7 @@ from firstlap.car_file import Car
 from firstlap.continuity import BIG_JUMP, Continuity
 from firstlap.drivers.registry import Handle, Preparation, driver_kind
 from firstlap.errors import InputError
+from firstlap.mapping.direction_of_recording import remarks_on_direction
 from firstlap.mapping.odometry_of_recording import remarks_of
 from firstlap.recordings.body import BodyMask, find_body
 from firstlap.recordings.laser import car_of
@@ -168,7 +169,7 @@ def replay(
         driven=driven,
         against=other,
         body=body,
-        remarks=(*remarks, *remarks_of(recording, car)),
+        remarks=(*remarks, *remarks_of(recording, car), *remarks_on_direction(recording, car)),
         seconds=time.perf_counter() - begin,
     )
 

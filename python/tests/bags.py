@@ -11,6 +11,7 @@ from rosbags.rosbag1 import Writer as BagWriter
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
 from rosbags.rosbag2 import Writer as Rosbag2Writer
 
+from firstlap.recordings import Recording
 from firstlap.recordings.messages import ACKERMANN, typestore
 
 SCAN, ODOM, IMU = "sensor_msgs/msg/LaserScan", "nav_msgs/msg/Odometry", "sensor_msgs/msg/Imu"
@@ -152,6 +153,25 @@ def stack(topics: dict[str, str], count: int = 60) -> list[Entry]:
             if kind != TF or i == 0:
                 found.append(Entry(topic, kind, now, makes[kind]()))
     return found
+
+
+def as_mounted(
+    recording: Recording, mounting: tuple[float, ...], folder: Path, tf: bool = True, odom: bool = True
+) -> Path:
+    """The recording as a bag of a car whose laser is mounted so: x, y [m], yaw, roll [degrees]."""
+    x, y, yaw, roll = (*mounting[:2], *np.radians(mounting[2:]))
+    items = [Entry("/tf_static", TF, 0, mounted(x, y, yaw, roll))] if tf else []
+    for i, (ranges, state) in enumerate(zip(recording.ranges, recording.states, strict=True)):
+        now, (first, step) = nanoseconds(i), recording.headers[i, :2]
+        last = first + step * (len(ranges) - 1)
+        first, last = (yaw - last, yaw - first) if roll else (first - yaw, last - yaw)
+        message = scan(now, ranges[::-1].copy() if roll else ranges)
+        message.angle_min, message.angle_max, message.angle_increment = first, last, step
+        items.append(Entry("/scan", SCAN, now, message))
+        items.append(Entry("/drive", DRIVE, now, drive(now, state[0], state[2])))
+        if odom:
+            items.append(Entry("/odom", ODOM, now, odometry(now, *state[:2])))
+    return write_rosbag2(folder, items)
 
 
 def write_rosbag2(

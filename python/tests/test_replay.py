@@ -229,38 +229,22 @@ MOUNTINGS = {
 }
 
 
-def as_mounted(recording: Recording, mounting: tuple[float, ...], folder: Path, tf: bool = True) -> Path:
-    """The recording as a bag of a car whose laser is mounted so: x, y [m], yaw, roll [degrees]."""
-    x, y, yaw, roll = (*mounting[:2], *np.radians(mounting[2:]))
-    items = [bags.Entry("/tf_static", bags.TF, 0, bags.mounted(x, y, yaw, roll))] if tf else []
-    for i, (ranges, state) in enumerate(zip(recording.ranges, recording.states, strict=True)):
-        now, (first, step) = bags.nanoseconds(i), recording.headers[i, :2]
-        last = first + step * (len(ranges) - 1)
-        first, last, ranges = (
-            (yaw - last, yaw - first, ranges[::-1].copy()) if roll else (first - yaw, last - yaw, ranges)
-        )
-        message = bags.scan(now, ranges)
-        message.angle_min, message.angle_max, message.angle_increment = first, last, step
-        items.append(bags.Entry("/scan", bags.SCAN, now, message))
-        items.append(bags.Entry("/odom", bags.ODOM, now, bags.odometry(now, *state[:2])))
-        items.append(bags.Entry("/drive", bags.DRIVE, now, bags.drive(now, state[0], state[2])))
-    return bags.write_rosbag2(folder, items)
-
-
 @pytest.mark.parametrize("mounting", MOUNTINGS.values(), ids=MOUNTINGS.keys())
 def test_however_the_laser_is_mounted_the_commands_are_the_same(lap, tmp_path, mounting):
-    plain = drive(load_recording(as_mounted(lap, (0.27, 0.0, 0.0, 0.0), tmp_path / "plain")), mask_body=False).driven
-    path = as_mounted(lap, mounting, tmp_path / "mounted")
+    plain = drive(
+        load_recording(bags.as_mounted(lap, (0.27, 0.0, 0.0, 0.0), tmp_path / "plain")), mask_body=False
+    ).driven
+    path = bags.as_mounted(lap, mounting, tmp_path / "mounted")
     other = drive(load_recording(path), mask_body=False).driven
     assert np.percentile(np.abs(other.steering_angle - plain.steering_angle), 95) < 0.02
     assert np.percentile(np.abs(other.speed - plain.speed), 95) < 0.1
     given = Topics(laser=parse_laser(",".join(map(str, mounting))))
-    without = load_recording(as_mounted(lap, mounting, tmp_path / "without", tf=False), given)
+    without = load_recording(bags.as_mounted(lap, mounting, tmp_path / "without", tf=False), given)
     assert np.array_equal(drive(without, mask_body=False).driven.steering_angle, other.steering_angle)
 
 
 def test_explain_and_replay_take_the_lasers_option(cli, lap, tmp_path):
-    path = as_mounted(lap, MOUNTINGS["both"], tmp_path / "a", tf=False)
+    path = bags.as_mounted(lap, MOUNTINGS["both"], tmp_path / "a", tf=False)
     found = cli("replay", path, "--laser", "0.27,0,-120,180", "--json").json
     assert found["sources"]["laser"] == "--laser"
     assert found["recorded"]["steering_angle"]["median"] < 0.05

@@ -35,7 +35,7 @@ def remarks_of(recording: Recording, car: Car) -> tuple[str, ...]:
     if odometry is None:
         return ()
     found: dict[Pair, list[tuple[float, Contradiction | None]]] = defaultdict(list)
-    for begin, end in _pieces(recording.duration):
+    for begin, end in pieces(recording.duration):
         steps = steps_of(recording, car, begin, end)
         for last in range(STRIDE, len(steps) + 1, STRIDE):
             for pair, verdict in judge(odometry, steps.part(0, last)).items():
@@ -43,7 +43,7 @@ def remarks_of(recording: Recording, car: Car) -> tuple[str, ...]:
     return tuple(text for verdicts in found.values() if (text := _told(verdicts)))
 
 
-def _pieces(duration: float) -> Iterator[tuple[float, float]]:
+def pieces(duration: float) -> Iterator[tuple[float, float]]:
     """(begin, end) [s] of what is looked at."""
     if duration <= LONGEST:
         yield 0.0, duration
