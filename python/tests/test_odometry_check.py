@@ -146,6 +146,12 @@ def test_delay_and_noise_are_no_contradiction_even_when_the_car_sets_off(late: f
         assert gross(judge(odometry, steps.part(0, last))) == "", f"after {last} steps"
 
 
+def test_degrees_per_second_are_seen_before_the_car_has_turned() -> None:
+    odometry, steps = slalom(turn=0.1)
+    assert kinds(judge(odometry, steps)) == {}
+    assert "degrees per second" in gross(judge(scaled(odometry, turn=math.degrees(1.0)), steps))
+
+
 def test_a_pose_that_jumps_is_no_contradiction() -> None:
     odometry, steps = slalom()
     assert odometry.poses is not None

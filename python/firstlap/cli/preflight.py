@@ -60,17 +60,20 @@ def _moved(listener: Listener, speed: float, yes: bool) -> list[Check]:
     never: Callable[[], bool] = lambda: False  # noqa: E731
     if yes:
         arc: Callable[[Callable[[], bool]], None] = lambda over: listener.command(speed, 0.35, 4.0, over)  # noqa: E731
-        return [listener.forward(speed), listener.turned(arc)]
+        return [listener.forward(speed), listener.turned(arc), listener.agrees()]
     if typer.confirm("Put the car on a stand, its wheels off the ground. Shall the wheels steer to the left?"):
         listener.command(0.0, 0.3, 1.5, never)
         good = typer.confirm("Did the front wheels turn to the left?")
         wrong = "turn the sign of steering_angle_to_servo_gain"
         checks.append(Check("steer left", good, "seen by you" if good else wrong))
-    if typer.confirm(f"Still off the ground: shall the wheels roll forward at {speed:g} m/s for a second?"):
+    if typer.confirm(f"Still off the ground: shall the wheels roll forward at {speed:g} m/s for two seconds?"):
         checks.append(listener.forward(speed))
         good = typer.confirm("Did the wheels roll forward?")
         checks.append(Check("roll forward", good, "seen by you" if good else "turn the sign of speed_to_erpm_gain"))
     if typer.confirm("Put the car on the ground between walls, and turn it by hand to the left by a quarter. Ready?"):
         note("turn it now")
         checks.append(listener.turned(lambda over: listener.listen(15.0, over)))
+    ground = "On the ground, with two meters free ahead: shall it roll forward, to compare its speed with the scans'?"
+    if typer.confirm(ground):
+        checks += [listener.forward(speed), listener.agrees()]
     return checks

@@ -41,6 +41,8 @@ ROLLS = 4.0
 """Times as much, which no offset of a sensor explains."""
 STILL, STILL_TURN = 0.05, 0.05
 """[m/s], [rad/s] of scans that stand."""
+WILD_TURN, WILD = 2.0, 5.0
+"""[rad/s] that a yaw rate says, and times what the reference says, which no turn needs to be waited for."""
 STANDING_STEPS = STEADY_STEPS = 10
 """Newest steps over which a car must stand, or commands be steady."""
 SIDEWAYS = 0.4
@@ -156,6 +158,7 @@ def judge(odometry: Odometry, steps: Steps) -> Verdicts:
             found = compare(pairs, seconds, quantity)
             if found is not None:
                 verdicts[Pair(quantity, reference)] = _named(quantity, _measured(quantity, odometry), reference, found)
+    _look_at_wild_turns(verdicts, moved, steps, odometry.turning)
     _look_at_direction(verdicts, moved, steps)
     _look_at_frame(verdicts, moved)
     _look_at_standing(verdicts, moved, steps, odometry.turning)
@@ -309,6 +312,19 @@ def _look_at_direction(verdicts: Verdicts, moved: list[_Moved], steps: Steps) ->
         side = "left" if angle > 0.0 else "right"
         text = f"{TWIST} goes ahead where {SCANS} go {abs(angle):.0f}° to the {side}: is the laser turned so?"
         verdicts[pair] = Contradiction("direction", text, abs(angle) > GROSS_ANGLE)
+
+
+def _look_at_wild_turns(verdicts: Verdicts, moved: list[_Moved], steps: Steps, turning: str) -> None:
+    """Yaw rates far above all that the car does, also where it hardly turns: degrees, mostly."""
+    last = slice(-STANDING_STEPS, None)
+    seconds, told = (steps.ends - steps.begins)[last], moved[0].twist[last, 2]
+    for reference, turns in ((SCANS, steps.motion[last, 2]), (POSES, moved[0].poses[last, 2])):
+        if len(told) < STANDING_STEPS or not (np.isfinite(told).all() and np.isfinite(turns).all()):
+            continue
+        said, true = (float(np.abs(one).sum() / seconds.sum()) for one in (told, turns))
+        if said > WILD_TURN and said > WILD * true:
+            text = f"{YAW_RATE}: {turning} says {said:.2f} rad/s where {reference} say {true:.2f} rad/s"
+            verdicts[Pair(YAW_RATE, reference)] = Contradiction("unit", f"{text}: {UNITS[YAW_RATE][1]}?", True)
 
 
 def _look_at_standing(verdicts: Verdicts, moved: list[_Moved], steps: Steps, turning: str) -> None:

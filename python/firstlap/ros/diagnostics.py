@@ -66,6 +66,7 @@ class Health:
             "driver": self._node.driving.setup.title,
             "status": self._status,
             MISSED: str(self.counts[MISSED]),
+            "odometry": self._node.watch.summary,
         }
         for what in ("scan", "odom", "drive"):
             told[f"{what} rate [Hz]"] = f"{(self.counts[what] - self._before[what]) / max(elapsed, 1e-3):.1f}"

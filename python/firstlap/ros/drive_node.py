@@ -30,6 +30,7 @@ from firstlap.ros.kept_stop import EMERGENCY, KeptStop
 from firstlap.ros.markers import Markers
 from firstlap.ros.names import DRIVE, TOLD
 from firstlap.ros.node_parameters import declare_entries, declare_fields, result, tell, value_of
+from firstlap.ros.odometry_watch import OdometryWatch
 from firstlap.ros.periods import BOUNDS, Period, rate_reason, timeout_of
 from firstlap.ros.qos import LATCHED, NEWEST
 from firstlap.ros.rivals import Rivals
@@ -67,6 +68,7 @@ class DriveNode(LifecycleNode):
         self.state = StateSource(self)
         self.deadman = DeadMan()
         self.watchdog = Watchdog({})
+        self.watch = OdometryWatch()
         self.stamps = {name: Stamps(value_of(self, "max_age")) for name in BOUNDS}
         self.periods = {name: Period() for name in BOUNDS}
         self.steps = dict.fromkeys(BOUNDS, 0.0)
@@ -185,6 +187,8 @@ class DriveNode(LifecycleNode):
             self.create_timer(1.0, self.health.publish, clock=steady),
             self.create_timer(HEARTBEAT, self.on_heartbeat, clock=steady),
         ]
+        if value_of(self, "check_odometry"):
+            self.watch.start()
         self.get_logger().info(f"speed_limit: no command is faster than {self.speed_limit:g} m/s")
         if self.emergency.left:
             self.get_logger().warning(f"{self.emergency.why_wait()}: the car stands until a person lets it go")
@@ -220,6 +224,7 @@ class DriveNode(LifecycleNode):
         for one in self.timers_kept:
             self.destroy_timer(one)
         self.emergency.leave(self)
+        self.watch.stop()
         self.heard = []
         return OK
 
@@ -237,6 +242,7 @@ class DriveNode(LifecycleNode):
         """Stops the car and waits a moment until the others have it."""
         was_active, self.active = self.active, False
         self.watchdog.disarm()
+        self.watch.stop()
         if not was_active and not self.stops_left:
             return
         for _ in range(3):
@@ -280,7 +286,7 @@ class DriveNode(LifecycleNode):
         """What is still missing before the car could drive; empty when nothing is."""
         self._set_timeouts()
         missing = self._clock_reason() or self.watchdog.missing(self.watch_now()) or self._mount_reason()
-        return missing or self._rate_reason() or self.rivals.reason(False)
+        return missing or self._rate_reason() or self.rivals.reason(False) or self.watch.reason
 
     def may_go(self) -> str:
         """Why `go` does not make the node drive now, without a person; empty when it does."""
@@ -364,7 +370,11 @@ class DriveNode(LifecycleNode):
             self.stops_left = 0  # the topic is the other's: a stop among its commands would brake its car
 
     def on_check(self) -> None:
-        """Looks for silence, and repeats a stop for as long as it lasts."""
+        """Looks for silence and contradictions, and repeats a stop for as long as it lasts."""
+        for remark in self.watch.news():
+            self.get_logger().warning(remark)
+        if self.watch.reason:
+            self.trip(self.watch.reason)
         if self.active:
             if not self.may_drive():
                 self.publish_stop()
@@ -391,17 +401,23 @@ class DriveNode(LifecycleNode):
         self.steps[source] = self.periods[source].hear(stamp)
         return True
 
+    def _when(self, message: Any) -> float:
+        """[s] of a message, by its stamp; by now where the clocks of the sensors differ."""
+        return seconds(message.header.stamp) if self.stamps["scan"].max_age > 0.0 else self.now()
+
     def on_odometry(self, message: Any) -> None:
         """Speed and yaw rate."""
         twist = message.twist.twist
         if self._take("odom", message, self.state.odometry_reason(twist)):
             self.health.count("odom")
             self.state.hear_odometry(seconds(message.header.stamp), twist)
+            self.watch.hear_odometry(self._when(message), twist, message.pose.pose)
 
     def on_imu(self, message: Any) -> None:
         """Yaw rate."""
         if self._take("imu", message, self.state.imu_reason(message)):
             self.state.hear_imu(seconds(message.header.stamp), message)
+            self.watch.hear_yaw_rate(message.angular_velocity.z)
 
     def on_steering(self, message: Any) -> None:
         """Wheel angle."""
@@ -443,6 +459,8 @@ class DriveNode(LifecycleNode):
             return
         stamp, dt = seconds(message.header.stamp), self.steps["scan"]
         self.health.scan(dt, self.periods["scan"].seconds)
+        if self.mount:
+            self.watch.hear_scan(to_scan(message, self.mount), self._when(message) + sweep, self.mount)
         if not (self.active and self.may_drive() and self.mount):
             return
         speed, yaw_rate, steering_angle = self.state.at(self.steering)
@@ -472,6 +490,7 @@ class DriveNode(LifecycleNode):
         message.drive.speed, message.drive.steering_angle = speed, steering_angle
         self.steering = steering_angle
         self.state.hear_command(steering_angle)
+        self.watch.hear_command(self.now(), speed)
         self.drive.publish(message)
 
     def publish_stop(self) -> None:

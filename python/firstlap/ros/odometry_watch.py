@@ -6,15 +6,17 @@ The driving thread only notes numbers; what is computed is computed in a thread 
 from __future__ import annotations
 
 import math
+import sys
 import threading
 import time
 from collections import Counter, deque
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from firstlap.estimation.odometry_check import COMMANDS, STANDING, TWIST, Contradiction, Odometry, Pair, judge
 from firstlap.mapping.scan_motion import ScanMotion, ScanStep, as_steps
+from firstlap.ros.conversions import yaw_of
 from firstlap.scan import Mount, Scan
 
 POLL = 0.02
@@ -25,8 +27,13 @@ NOTED = 4096
 """Odometry messages, and commands, that are noted; half of them may be read."""
 LOOKED_AT = 70
 """Steps that are kept."""
-CONFIRMED = 5
-"""Judgments in a row, a tenth of a second apart, that make a gross contradiction."""
+JUDGED = 3
+"""Steps from one judgment to the next."""
+CONFIRMED = 2
+"""Judgments in a row that make a gross contradiction."""
+SWITCH = 5e-4
+"""[s] that a thread of Python may keep others waiting; the usual 5 ms are too much for a thread that drives."""
+NAMES = {STANDING: "the scans"}
 PRESENT = (STANDING, COMMANDS)
 """What is known only while it lasts."""
 CARRIED = 10.0
@@ -56,6 +63,9 @@ class _Ring:
         return self._rows[np.arange(first, count) % NOTED]
 
 
+Row = tuple[float, float, float, float, float, float, float]
+
+
 class _Waiting(NamedTuple):
     scan: Scan
     time: float
@@ -77,7 +87,7 @@ class OdometryWatch:
         """As if nothing had been heard. Not while the thread runs."""
         self._odometry, self._commands = _Ring(7), _Ring(2)
         self._poses_moved = False
-        self._first_pose: tuple[float, float, float] | None = None
+        self._first_pose: tuple[float, ...] | None = None
         self._turning: float | None = None
         self._waiting: _Waiting | None = None
         self._done: _Waiting | None = None
@@ -85,19 +95,27 @@ class OdometryWatch:
         self._steps: deque[ScanStep] = deque(maxlen=LOOKED_AT)
         self._verdicts: dict[Pair, tuple[float, Contradiction | None]] = {}
         self._streaks: Counter[Pair] = Counter()
+        self._unjudged = 0
+        self._told: tuple[str, ...] = ()
         self.reason, self.remarks, self.compared = "", (), ()
 
     # The driving thread.
 
-    def hear_odometry(self, time: float, twist: tuple[float, float, float], pose: tuple[float, float, float]) -> None:
-        """twist: forward, left [m/s], yaw rate [rad/s]; pose: x, y [m], yaw [rad]."""
-        if 0.0 < time - self._odometry.last < LEAST:
+    def hear_odometry(self, time: float, twist: Any, pose: Any) -> None:
+        """A geometry_msgs/Twist in the car's frame and a Pose."""
+        at = pose.position
+        self.note((time, twist.linear.x, twist.linear.y, twist.angular.z, at.x, at.y, yaw_of(pose.orientation)))
+
+    def note(self, row: Row) -> None:
+        """Time [s], forward, left [m/s], yaw rate [rad/s], x, y [m], yaw [rad]; what is not finite is not noted."""
+        time, pose = row[0], row[4:]
+        if not math.isfinite(sum(row)) or 0.0 < time - self._odometry.last < LEAST:
             return
         if self._first_pose is None:
             self._first_pose = pose
         self._poses_moved = self._poses_moved or pose != self._first_pose
-        forward, left, yaw_rate = twist
-        self._odometry.note((time, forward, left, yaw_rate if self._turning is None else self._turning, *pose))
+        turning = row[3] if self._turning is None else self._turning
+        self._odometry.note((*row[:3], turning, *pose))
 
     def hear_yaw_rate(self, yaw_rate: float) -> None:
         """[rad/s] of an IMU, which takes the place of the odometry's."""
@@ -111,12 +129,28 @@ class OdometryWatch:
         """time: [s] of its last beam."""
         self._waiting = _Waiting(scan, time, mount)
 
+    def news(self) -> list[str]:
+        """Remarks of pairs that were not remarked when this was last called."""
+        if self.remarks is self._told:
+            return []
+        before, self._told = {_about(one) for one in self._told}, self.remarks
+        return [one for one in self._told if _about(one) not in before]
+
+    @property
+    def summary(self) -> str:
+        """In one line."""
+        if self.remarks:
+            return "; ".join(self.remarks)
+        return f"agrees with {', '.join(self.compared)}" if self.compared else "nothing to compare it with yet"
+
     # The other thread.
 
     def start(self) -> None:
         """Begins to work in a thread of its own."""
+        self.stop()
         self.forget()
         self._over.clear()
+        sys.setswitchinterval(SWITCH)
         self._thread = threading.Thread(target=self._run, name="odometry watch", daemon=True)
         self._thread.start()
 
@@ -150,7 +184,10 @@ class OdometryWatch:
             if self._steps and step.begin < self._steps[-1].begin:
                 self._steps.clear()
             self._steps.append(step)
-            self._judge(step.end)
+            self._unjudged += 1
+            if self._unjudged >= JUDGED:
+                self._unjudged = 0
+                self._judge(step.end)
         return True
 
     def steps(self) -> list[ScanStep]:
@@ -169,7 +206,7 @@ class OdometryWatch:
         self._keep(judge(odometry, steps), now, driven)
         found = [verdict for _, verdict in self._verdicts.values() if verdict is not None]
         self.remarks = tuple(one.text for one in found)
-        self.compared = tuple(str(pair.reference) for pair in self._verdicts)
+        self.compared = tuple(dict.fromkeys(NAMES.get(pair.reference, pair.reference) for pair in self._verdicts))
         self.reason = next((one.text for one in found if one.gross), "")
 
     def _keep(self, judged: dict[Pair, Contradiction | None], now: float, driven: bool) -> None:
@@ -185,3 +222,8 @@ class OdometryWatch:
             self._streaks[pair] = self._streaks[pair] + 1 if grows else 0
             if not grows or self._streaks[pair] >= CONFIRMED:
                 self._verdicts[pair] = (now, verdict)
+
+
+def _about(remark: str) -> str:
+    """A remark without its numbers, which change all the time."""
+    return "".join(letter for letter in remark if not letter.isdigit())

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,6 +24,10 @@ STANDS = 0.1
 """[m/s], [rad/s] of a car that stands."""
 TURNED = 0.25
 """[rad] that the car must be turned before its signs are compared."""
+SCALE = 0.1
+"""Share by which commanded and measured speed and that of the scans may differ."""
+ROLLING, STEADY = 2.0, 1.0
+"""[s] for which the car rolls, and after which its speed is looked at."""
 NAMED = 3.0
 """[s] that a node's name may come later than its topics."""
 UNNAMED = "_NODE_NAME_UNKNOWN_"
@@ -169,6 +174,36 @@ def check_forward(speed: float, commanded: float) -> Check:
     return Check("drive forward", True, said)
 
 
+def check_scale(commanded: float, measured: float, scanned: float | None) -> Check:
+    """Commanded and measured speed [m/s] of a car that rolls steadily, and that of its scans, if they moved."""
+    check = check_forward(measured, commanded)
+    if not check.good:
+        return check
+    said = f"told {commanded:.2f} m/s, odometry says {measured:.2f} m/s"
+    if scanned is None or scanned < STANDS:  # on a stand, or in a bare corridor
+        error = measured / commanded - 1.0
+        if abs(error) > SCALE:
+            return Check(check.name, False, f"{said}, {100.0 * error:+.0f} %: calibrate speed_to_erpm_gain")
+        return Check(check.name, True, said)
+    said = f"{said}, the scans {scanned:.2f} m/s"
+    if abs(measured / scanned - 1.0) > SCALE:
+        error = measured / scanned - 1.0
+        return Check(check.name, False, f"{said}: odometry reads {100.0 * error:+.0f} %, calibrate speed_to_erpm_gain")
+    if abs(scanned / commanded - 1.0) > SCALE:
+        error = scanned / commanded - 1.0
+        return Check(check.name, False, f"{said}: the car drives {100.0 * error:+.0f} % of what it is told")
+    return Check(check.name, True, said)
+
+
+def check_agreement(remarks: tuple[str, ...], compared: tuple[str, ...]) -> Check:
+    """Odometry contradicts neither the scans, nor its own poses, nor the commands; as of OdometryWatch."""
+    if remarks:
+        return Check("odometry agrees", False, "; ".join(remarks))
+    if not compared:
+        return Check("odometry agrees", None, "nothing to compare it with")
+    return Check("odometry agrees", True, f"with {', '.join(compared)}")
+
+
 class Listener:
     """A node that hears scan, odometry and TF, and can command."""
 
@@ -184,12 +219,14 @@ class Listener:
         from firstlap.frames import Frames
         from firstlap.ros.names import DRIVE
         from firstlap.ros.node_parameters import declare_entries
+        from firstlap.ros.odometry_watch import OdometryWatch
         from firstlap.ros.qos import LATCHED
 
         self.node = Node("firstlap_preflight")
         declare_entries(self.node, [one for one in DRIVE if one.name in OURS])
         self.frames = Frames()
         self.scan, self.odom = Sample([], [], None), Sample([], [], None)
+        self.watch = OdometryWatch()
         self.yaw = 0.0
         self._odom_time: float | None = None
         hear = self.node.create_subscription
@@ -215,6 +252,31 @@ class Listener:
         self.scan.arrivals.append(time.monotonic())
         self.scan.ages.append(self._age(message.header.stamp))
         self.scan = self.scan._replace(last=message)
+        self._watch_scan(message)
+
+    def _watch_scan(self, message: Any) -> None:
+        """Where its place is known, and it can be used, odometry is held against it."""
+        from firstlap.frames import mount_of
+        from firstlap.ros.conversions import scan_reason, sweep_of, to_scan
+
+        if self.value("laser_from_tf"):
+            place = self.frames.find(self.value("base_frame"), message.header.frame_id)
+        else:
+            place = np.eye(4)
+        if place is not None and not scan_reason(message):
+            with suppress(ValueError):
+                mount = mount_of(place)
+                self.watch.hear_scan(to_scan(message, mount), self._when(message) + sweep_of(message), mount)
+                self.watch.work()
+
+    def _when(self, message: Any) -> float:
+        """[s] of a message, as the driving node takes it."""
+        from firstlap.ros.conversions import seconds
+
+        return seconds(message.header.stamp) if self.value("max_age") > 0.0 else self._now()
+
+    def _now(self) -> float:
+        return float(self.node.get_clock().now().nanoseconds) * 1e-9
 
     def _on_odometry(self, message: Any) -> None:
         now = time.monotonic()
@@ -224,6 +286,7 @@ class Listener:
         self.odom.arrivals.append(now)
         self.odom.ages.append(self._age(message.header.stamp))
         self.odom = self.odom._replace(last=message)
+        self.watch.hear_odometry(self._when(message), message.twist.twist, message.pose.pose)
 
     def listen(self, seconds: float, over: Callable[[], bool] = lambda: False) -> None:
         """Hears for a while, or until `over`."""
@@ -251,6 +314,7 @@ class Listener:
             check_rate("odometry", odom_topic, self.odom, self.value("odom_timeout"), BOUNDS["odom"]),
             check_stamps("odometry's clock", self.odom, self.value("max_age")),
             check_standing(self.odom),
+            check_agreement(self.watch.remarks, self.watch.compared),
         ]
         if self.scan.last and self.value("laser_from_tf"):
             base, frame = self.value("base_frame"), self.scan.last.header.frame_id
@@ -294,18 +358,28 @@ class Listener:
         message.header.stamp = self.node.get_clock().now().to_msg()
         message.drive.speed, message.drive.steering_angle = speed, steering_angle
         self.drive.publish(message)
+        self.watch.hear_command(self._now(), speed)
 
     def forward(self, speed: float) -> Check:
-        """Rolls forward for a second."""
-        fastest = [0.0]
+        """Rolls forward, and looks at the speed once it is steady."""
+        began = self._now()
+        measured: list[float] = []
 
         def note_speed() -> bool:
-            now = self.odom.last.twist.twist.linear.x if self.odom.last else 0.0
-            fastest[0] = max(fastest[0], now, key=abs)
+            if self.odom.last and self._now() - began > STEADY:
+                measured.append(self.odom.last.twist.twist.linear.x)
             return False
 
-        self.command(speed, 0.0, 1.0, note_speed)
-        return check_forward(fastest[0], speed)
+        self.command(speed, 0.0, ROLLING, note_speed)
+        steps = [one for one in self.watch.steps() if one.begin > began + STEADY and one.end < began + ROLLING]
+        told = [one for one in steps if one.tells_along]
+        lasted = sum(one.end - one.begin for one in told)
+        scanned = sum(one.forward for one in told) / lasted if lasted > 0.0 else None
+        return check_scale(speed, float(np.mean(measured)) if measured else 0.0, scanned)
+
+    def agrees(self) -> Check:
+        """What the movements told of the odometry."""
+        return check_agreement(self.watch.remarks, self.watch.compared)
 
     def turned(self, move: Callable[[Callable[[], bool]], None]) -> Check:
         """Compares odometry and laser while the car is turned left, by `move` or by hand."""

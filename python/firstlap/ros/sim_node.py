@@ -243,7 +243,11 @@ class SimNode(Node):
                 lost = float("nan") if value_of(self, "nan_odometry") else 0.0
                 lateral = truth["lateral_speed"] if names.odom_frame == "map" else 0.0
                 odometry = make.odometry(
-                    stamp, names.odom_frame, names.base_frame, wires.pose, (speed + lost, lateral, yaw_rate + lost)
+                    stamp,
+                    names.odom_frame,
+                    names.base_frame,
+                    wires.pose,
+                    self._told(wires.pose, (speed + lost, lateral, yaw_rate + lost)),
                 )
             wires.waiting = odometry
             wires.odom.publish(odometry)
@@ -259,6 +263,15 @@ class SimNode(Node):
             seen = self.world.truth(other)
             motion = (seen["speed"], seen["lateral_speed"], seen["yaw_rate"])
             publisher.publish(make.odometry(stamp, "map", self.wires[other].names.base_frame, _pose(seen), motion))
+
+    def _told(self, pose: Any, motion: tuple[float, float, float]) -> tuple[float, float, float]:
+        """The twist, with the faults that contradict everything else."""
+        forward, left = value_of(self, "odometry_speed_scale") * motion[0], motion[1]
+        yaw_rate = value_of(self, "odometry_yaw_rate_scale") * motion[2]
+        if value_of(self, "odometry_in_map"):
+            c, s = np.cos(pose[2]), np.sin(pose[2])
+            forward, left = c * forward - s * left, s * forward + c * left
+        return float(forward), float(left), float(yaw_rate)
 
     def _publish_scan(self, wires: Wires, index: int, stamp: float) -> None:
         if self._chance("drop_scans"):

@@ -83,6 +83,8 @@ def test_preflight_finds_the_simulated_car_good_and_its_signs_right(free_car: An
         code, checks = preflight(free_car, "--move", "--yes")
         wrong = {name: one["said"] for name, one in checks.items() if not one["good"] and "hole" not in one["said"]}
         wrong.pop("moving", None)
+        if checks["odometry agrees"]["good"] is None:
+            wrong.pop("odometry agrees")  # it stood too short to be compared, and did not move
         assert wrong == {}
         if "drive forward" in checks:
             assert {"scan", "odometry", "laser's place", "drive", "turn left"} <= set(checks)

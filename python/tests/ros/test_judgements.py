@@ -20,9 +20,11 @@ from firstlap.ros.periods import BOUNDS
 from firstlap.ros.preflight import (
     Check,
     Sample,
+    check_agreement,
     check_drive,
     check_forward,
     check_rate,
+    check_scale,
     check_scan,
     check_stamps,
     check_turn,
@@ -204,6 +206,16 @@ def test_preflight_says_what_is_wrong() -> None:
     assert check_forward(0.7, 0.7).good
     assert "wrong sign" in check_forward(-0.7, 0.7).said
     assert "enabled" in check_forward(0.0, 0.7).said
+    assert check_scale(0.7, 0.72, 0.68).good
+    assert check_scale(0.7, 0.7, None).good
+    assert check_scale(0.7, 0.7, 0.0).good, "on a stand"
+    assert "+20 %: calibrate" in check_scale(0.7, 0.84, None).said
+    assert "odometry reads +20 %" in check_scale(0.7, 0.84, 0.7).said
+    assert "drives +20 %" in check_scale(0.7, 0.84, 0.84).said
+    assert "wrong sign" in check_scale(0.7, -0.7, 0.7).said
+    assert check_agreement((), ()).good is None
+    assert check_agreement((), ("the scans",)).good
+    assert check_agreement(("speed: no",), ("the scans",)) == ("odometry agrees", False, "speed: no")
     assert check_turn(0.6, 0.58).good
     assert "yaw rate has the wrong sign" in check_turn(-0.6, 0.58).said
     assert "wrong way round" in check_turn(0.6, -0.6).said
