@@ -388,6 +388,8 @@ class Listener:
         before, self.yaw = np.asarray(self.scan.last.ranges, dtype=np.float32), 0.0
         move(lambda: abs(self.yaw) > 2.0 * TURNED)
         after = np.asarray(self.scan.last.ranges, dtype=np.float32)
+        if len(after) != len(before):  # as many as the scan before had, over the same angle
+            after = after[np.rint(np.linspace(0, len(after) - 1, len(before))).astype(int)]
         hand = -1.0 if self._upside_down() else 1.0
         return check_turn(self.yaw, hand * turn_between(before, after, self.scan.last.angle_increment, 1.2))
 
