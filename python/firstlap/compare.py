@@ -106,7 +106,7 @@ class Comparison:
         options: Mapping[str, float] | None = None,
         jobs: int | None = None,
     ) -> None:
-        """options: conditions of the field table `RaceOptions`, for every race. Raises InputError."""
+        """options: conditions of the table `OPTION_FIELDS`, for every race. Raises InputError."""
         latency_options(latency)
         self.track = track
         self.entries = list(entries)

@@ -12,15 +12,16 @@ import numpy as np
 import numpy.typing as npt
 
 from firstlap import _core
-from firstlap.car_file import Car, load_car
+from firstlap.car_file import CAR_FIELDS, Car, load_car
 from firstlap.drivers.registry import CoreHandle, Handle, Look, Preparation, SeesTruth, StartsAt, driver_kind
 from firstlap.errors import InputError
-from firstlap.parameters import FieldTable
+from firstlap.parameters import Field, FieldTable
 from firstlap.setup_file import Setup, choose_setup
 from firstlap.simulate import core_track
 from firstlap.tracks.track import Track
 
-OPTION_FIELDS = FieldTable(_core.RaceOptions.fields())
+OPTION_FIELDS = FieldTable([*_core.RaceOptions.fields(), *_core.Car.fields()])
+"""Conditions of a race: how it is run, and what its car is like without the driver being told."""
 SCANS_PER_LOOK = 40
 
 
@@ -67,7 +68,7 @@ class RaceResult:
     """What a race leaves behind.
 
     outcome: finished, contact, stuck, timeout, wrong_way, or running when it was interrupted.
-    options: what was asked for of the field table `RaceOptions`, laps and seed aside.
+    options: what was asked for of the table `OPTION_FIELDS`, laps and seed aside.
     path: columns, one entry per scan, map frame and SI: time, x, y, yaw, speed, s, lateral_offset, ...
     compute_times: (steps,) microseconds of each driver step, by its thread's CPU clock.
     skipped_scans: that came while the driver was busy and were overtaken by the next.
@@ -162,8 +163,25 @@ def latency_options(latency: str) -> dict[str, float]:
 def tell_start(driver: Handle, track: Track, options: Mapping[str, float] | None) -> None:
     """To a driver that needs it: about where the car is put down."""
     if isinstance(driver, StartsAt):
-        given = {OPTION_FIELDS.find(name, "race options").name: value for name, value in (options or {}).items()}
-        driver.starts_at(float(given.get("start_s", 0.0)) / track.length)
+        given = {OPTION_FIELDS.find(name, "race options").key: value for name, value in (options or {}).items()}
+        driver.starts_at(float(given.get("race.start_s", 0.0)) / track.length)
+
+
+def option_name(field: Field) -> str:
+    """What results call a condition: an option of the race by its name, a field of the car by its section too."""
+    return field.key if field.section in CAR_FIELDS.sections else field.name
+
+
+def under_conditions(car: Car, options: Mapping[str, float] | None) -> Car:
+    """The car with what `options` change of it; of them only fields of cars count. Raises InputError."""
+    given = {OPTION_FIELDS.find(name, "race options"): value for name, value in (options or {}).items()}
+    changes = {entry: value for entry, value in given.items() if entry.section in CAR_FIELDS.sections}
+    if not changes:
+        return car
+    core = _core.Car(car.core)
+    for entry, value in changes.items():
+        core.set(entry.section, entry.name, OPTION_FIELDS.check(entry, value, "race options"))
+    return Car(car.name, core, car.source)
 
 
 def start_race(
@@ -175,17 +193,20 @@ def start_race(
     seed: int = 1,
     options: Mapping[str, float] | None = None,
 ) -> _core.Race:
-    """A race that has not begun, for stepping. Raises InputError where it cannot begin."""
+    """A race that has not begun, for stepping. The driver knows `car` as it is without `options`.
+
+    Raises InputError where it cannot begin."""
     core_options = _core.RaceOptions()
     for name, value in {"laps": laps, **(options or {})}.items():
         entry = OPTION_FIELDS.find(name, "race options")
-        core_options.set(entry.section, entry.name, OPTION_FIELDS.check(entry, value, "race options"))
+        if entry.section not in CAR_FIELDS.sections:
+            core_options.set(entry.section, entry.name, OPTION_FIELDS.check(entry, value, "race options"))
     if not 0 <= seed < 2**64:
         raise InputError(f"seed is {seed}, outside of what is allowed: 0 to 2^64 - 1")
     core_options.seed = seed
     tell_start(driver, track, options)
     try:
-        return _core.Race(core_track(track), car.core, driver.core, core_options)
+        return _core.Race(core_track(track), under_conditions(car, options).core, driver.core, core_options)
     except ValueError as error:
         raise InputError(f"{track.name}: {error}") from None
 
@@ -210,9 +231,9 @@ def race(
 
     setup, car: a name, a file, or a loaded one. driver: its name; default: the setup's, or local. seed: of everything
     random. latency: measured, fixed:MS or none, how the driver's compute time delays its commands. preparation: what
-    the driver made of the track before, where it needs a map (it prepares itself otherwise). options: of the field
-    table `RaceOptions`, such as mu_scale. look: called about once a simulated second with the race so far; an
-    exception from it ends the race. preparing: called while the driver prepares
+    the driver made of the track before, where it needs a map (it prepares itself otherwise). options: conditions, of
+    the table `OPTION_FIELDS`: mu_scale, or sensors.speed_scale_error. look: called about once a simulated second with
+    the race so far; an exception from it ends the race. preparing: called while the driver prepares
     itself. record: an .mcap file for its log, see docs/recordings.md. Raises InputError.
     """
     setup = choose_setup(driver, setup)

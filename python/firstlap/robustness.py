@@ -6,7 +6,7 @@ import math
 import os
 import statistics
 import threading
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, field
 from typing import Any
@@ -16,7 +16,7 @@ import numpy as np
 from firstlap import _core
 from firstlap.car_file import Car
 from firstlap.errors import InputError
-from firstlap.race import RaceResult, race, start_race
+from firstlap.race import RaceResult, race, start_race, under_conditions
 from firstlap.racer import Racer
 from firstlap.setup_file import Setup
 from firstlap.tracks.cut_walls import with_pipes
@@ -29,14 +29,14 @@ RUN_OUT = 4.0  # [m] driven after it
 STANDING = 1.5  # [s] of standing before it count as stopped
 BESIDE = (-0.3, 0.0, 0.3)  # [m] the obstacle's middle left of the line that the car drives without it
 UNJUDGED = ("impossible", "before")
-WAYS = (("race", "obstacle_sight"), ("race", "obstacle_at"), ("race", "obstacle_offset"))
+WAYS = ("race.obstacle_sight", "race.obstacle_at", "race.obstacle_offset")
 
 
 @dataclass(frozen=True)
 class Sweep:
-    """One disturbance: which parameters it sets (section of a car or `race`, name), to which values times `scale`.
+    """One disturbance: which conditions it sets (section.name of `OPTION_FIELDS`), to which values times `scale`.
 
-    kind: 'car' and 'race' set fields, 'joints' cuts the walls into pipes, 'box' puts the sudden obstacle on the line.
+    kind: 'field' sets them, 'joints' cuts the walls into pipes, 'box' puts the sudden obstacle on the line.
     """
 
     name: str
@@ -44,23 +44,42 @@ class Sweep:
     unit: str
     values: tuple[float, ...]
     kind: str
-    sets: tuple[tuple[str, str], ...] = ()
+    sets: tuple[str, ...] = ()
     scale: float = 1.0
-    fixed: tuple[tuple[str, str, float], ...] = ()
+    fixed: tuple[tuple[str, float], ...] = ()
+
+    def conditions(self, value: float) -> dict[str, float]:
+        """Options of a race at this value."""
+        if self.kind != "field":
+            return {}
+        return {**dict(self.fixed), **dict.fromkeys(self.sets, value * self.scale)}
 
 
 SWEEPS = (
-    Sweep("lost_beams", "single beams lost", "%", (0, 10, 20, 30, 40, 50, 60), "car",
-          (("lidar", "dropout_rate"),), 0.01),
-    Sweep("lost_sectors", "beams lost in sectors of 10°", "%", (0, 10, 20, 30, 40, 50, 60), "car",
-          (("lidar", "dropout_block_share"),), 0.01, (("lidar", "dropout_block_beams", 40),)),
-    Sweep("range_noise", "range noise, standard deviation", "mm", (0, 10, 20, 30, 40, 50), "car",
-          (("lidar", "noise_sigma"),), 0.001),
+    Sweep("lost_beams", "single beams lost", "%", (0, 10, 20, 30, 40, 50, 60), "field", ("lidar.dropout_rate",), 0.01),
+    Sweep("lost_sectors", "beams lost in sectors of 10°", "%", (0, 10, 20, 30, 40, 50, 60), "field",
+          ("lidar.dropout_block_share",), 0.01, (("lidar.dropout_block_beams", 40),)),
+    Sweep("range_noise", "range noise, standard deviation", "mm", (0, 10, 20, 30, 40, 50), "field",
+          ("lidar.noise_sigma",), 0.001),
     Sweep("pipe_joints", f"joints between pipes of {PIPE_LENGTH:g} m", "m", (0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8),
           "joints"),
-    Sweep("scan_rate", "scan rate", "Hz", (40, 35, 30, 25, 20, 15, 10), "car", (("lidar", "rate"),)),
-    Sweep("latency", "latency from scan to command", "ms", (0, 20, 40, 60, 80, 100), "race",
-          (("race", "delay_extra"),), 0.001),
+    Sweep("scan_rate", "scan rate", "Hz", (40, 35, 30, 25, 20, 15, 10), "field", ("lidar.rate",)),
+    Sweep("latency", "latency from scan to command", "ms", (0, 20, 40, 60, 80, 100), "field",
+          ("race.delay_extra",), 0.001),
+    Sweep("speed_measured", "measured speed reads high", "%", (0, -20, -15, -10, -5, 5, 10, 15, 20), "field",
+          ("sensors.speed_scale_error",), 0.01),
+    Sweep("speed_constant", "car drives faster than it commands and measures", "%",
+          (0, -20, -15, -10, -5, 5, 10, 15, 20), "field", ("vehicle.speed_constant_error",), 0.01),
+    Sweep("laser_yaw", "laser turned left", "°", (0, -6, -4, -2, -1, 1, 2, 4, 6), "field",
+          ("sensors.laser_yaw_error",), math.pi / 180.0),
+    Sweep("laser_ahead", "laser ahead of where it is believed", "mm", (0, -100, -50, 50, 100), "field",
+          ("sensors.laser_x_error",), 0.001),
+    Sweep("laser_left", "laser left of where it is believed", "mm", (0, -100, -50, -25, 25, 50, 100), "field",
+          ("sensors.laser_y_error",), 0.001),
+    Sweep("steering_trim", "wheels stand left of straight", "°", (0, -6, -4, -2, -1, 1, 2, 4, 6), "field",
+          ("vehicle.steering_trim",), math.pi / 180.0),
+    Sweep("steering_gain", "wheels turn by this share of the command", "%", (100, 60, 70, 80, 90, 110, 120, 130, 140),
+          "field", ("vehicle.steering_gain",), 0.01),
     Sweep("obstacle", "sudden obstacle, seen from this many stopping distances", "", (1, 1.5, 2, 3, 5), "box", WAYS),
 )  # fmt: skip
 BY_NAME = {sweep.name: sweep for sweep in SWEEPS}
@@ -122,18 +141,6 @@ def chosen_sweeps(names: Sequence[str] | None) -> list[Sweep]:
     return [sweep for sweep in SWEEPS if not names or sweep.name in names]
 
 
-def disturbed_car(car: Car, sweep: Sweep, value: float) -> Car:
-    """The car under a sweep's value; the car itself where the sweep sets none of its fields."""
-    if sweep.kind != "car":
-        return car
-    core = _core.Car(car.core)
-    for section, name, fixed in sweep.fixed:
-        core.set(section, name, fixed)
-    for section, name in sweep.sets:
-        core.set(section, name, value * sweep.scale)
-    return Car(car.name, core, car.source)
-
-
 def stopping_distance(car: Car, speed: float, lateral: float) -> float:
     """Shortest way [m] in which a car at `speed` [m/s] that pulls `lateral` [m/s^2] sideways can stop for what appears.
 
@@ -189,14 +196,20 @@ class InterruptedRacesError(Exception):
 
 @dataclass
 class Robustness:
-    """Races with one setup against the sweeps' disturbances, on all cores."""
+    """Races with one setup against the sweeps' disturbances, on all cores. options: conditions of every race."""
 
     setup: Setup
     car: Car
     laps: int
+    options: Mapping[str, float] = field(default_factory=dict)
     drives: list[Drive] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     _stop: threading.Event = field(default_factory=threading.Event)
+
+    @property
+    def true_car(self) -> Car:
+        """The car as the conditions make it."""
+        return under_conditions(self.car, self.options)
 
     def cases(
         self, sweeps: Iterable[Sweep], tracks: dict[str, Track], seeds: int, both: bool, places: int
@@ -217,12 +230,12 @@ class Robustness:
     def _box_cases(
         self, sweep: Sweep, spec: str, track: Track, reverse: bool, seeds: int, places: int
     ) -> Iterator[Case]:
-        reference = race(track, self.setup, self.car, laps=2, reverse=reverse)
+        reference = race(track, self.setup, self.car, laps=2, reverse=reverse, options=self.options)
         if not reference.finished:
             self.notes.append(f"{spec}, {reference.direction}: no obstacles, it ends in {reference.outcome} without")
             return
         for value in sweep.values:
-            for box in boxes(reference, self.car, places, value):
+            for box in boxes(reference, self.true_car, places, value):
                 for seed in range(1, seeds + 1):
                     yield Case(sweep, value, spec, track, reverse, seed, box)
 
@@ -240,19 +253,16 @@ class Robustness:
 
     def race(self, case: Case) -> Drive:
         """One case."""
-        options: dict[str, float] = {}
-        if case.sweep.kind == "race":
-            options = {name: case.value * case.sweep.scale for _, name in case.sweep.sets}
         if case.box:
             return self._race_to_box(case, case.box)
         result = race(
             case.track,
             self.setup,
-            disturbed_car(self.car, case.sweep, case.value),
+            self.car,
             laps=self.laps,
             seed=case.seed,
             reverse=case.reverse,
-            options=options,
+            options={**self.options, **case.sweep.conditions(case.value)},
             look=self._look,
         )
         laps = [lap.time for lap in result.laps if not lap.standing] or [lap.time for lap in result.laps]
@@ -268,6 +278,7 @@ class Robustness:
         """From a run-up before the box to a little behind it, or to a stop before it."""
         track = case.track.reversed() if case.reverse else case.track
         options = {
+            **self.options,
             "start_s": box.s - RUN_UP,
             "obstacle_at": RUN_UP,
             "obstacle_offset": box.offset,
@@ -286,7 +297,7 @@ class Robustness:
         verdict = {"running": "passed", "stuck": "stopped" if seen else "stuck"}.get(found["outcome"])
         if not seen:
             verdict = "before"
-        elif box.sight < stopping_distance(self.car, seen["speed"], abs(seen["speed"] * seen["yaw_rate"])):
+        elif box.sight < stopping_distance(self.true_car, seen["speed"], abs(seen["speed"] * seen["yaw_rate"])):
             verdict = "impossible"
         return Drive(
             case,
@@ -309,6 +320,7 @@ class Robustness:
             "setup": self.setup.name,
             "set": {f"{section}.{name}": value for (section, name), value in self.setup.changed.items()},
             "car": self.car.name,
+            "options": dict(self.options),
             "laps": self.laps,
             "notes": self.notes,
             "sweeps": [self._sweep_dict(sweep) for sweep in sweeps],

@@ -76,7 +76,7 @@ class Survey:
     """Every track, direction and seed with one setup, on all cores. The core races without the GIL."""
 
     def __init__(self, setup: Setup, car: Car, laps: int, options: Mapping[str, float] | None = None) -> None:
-        """options: conditions of every race, of the field table `RaceOptions`."""
+        """options: conditions of every race, of the table `OPTION_FIELDS`."""
         self.setup = setup
         self.car = car
         self.laps = laps

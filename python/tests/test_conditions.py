@@ -1,4 +1,4 @@
-"""Races under other conditions: another car, and --option NAME=VALUE of the table RaceOptions."""
+"""Races under other conditions: another car, and --option NAME=VALUE of the race and of what its car really is."""
 
 from __future__ import annotations
 
@@ -19,6 +19,35 @@ def test_an_option_changes_the_race_and_is_told(cli):
     assert plain["options"] == {}
     assert slippery["options"] == {"mu_scale": 0.5, "delay_extra": 0.02}
     assert slippery["laps"] != plain["laps"]
+
+
+@pytest.mark.parametrize(
+    "condition",
+    [
+        "sensors.speed_scale_error=0.02",
+        "vehicle.speed_constant_error=0.02",
+        "vehicle.steering_trim=0.01",
+        "vehicle.steering_gain=1.02",
+        "sensors.laser_x_error=0.02",
+        "sensors.laser_y_error=0.02",
+        "sensors.laser_yaw_error=0.02",
+        "sensors.odometry_fault=4",
+        "lidar.noise_sigma=0",
+    ],
+)
+def test_what_the_car_really_is_is_a_condition_too(cli, condition):
+    name, _, value = condition.partition("=")
+    plain = cli("race", "oval", *QUICK).json
+    other = cli("race", "oval", *QUICK, "--option", condition).json
+    assert other["options"] == {name: float(value)}
+    assert (other["outcome"], other["laps"]) != (plain["outcome"], plain["laps"])
+
+
+def test_the_driver_is_not_told_what_the_car_really_is(cli, tmp_path):
+    (tmp_path / "shifted.yaml").write_text("geometry:\n  laser_x: 0.32\n")
+    told = cli("race", "oval", *QUICK, "--car", tmp_path / "shifted.yaml").json
+    untold = cli("race", "oval", *QUICK, "--option", "sensors.laser_x_error=0.05").json
+    assert told["laps"] != untold["laps"]
 
 
 def test_a_survey_drives_under_the_conditions_and_says_so(cli):

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 import firstlap
-from firstlap.car_file import CAR_FIELDS, load_car
+from firstlap.car_file import load_car
 from firstlap.errors import InputError
-from firstlap.race import OPTION_FIELDS, race
+from firstlap.race import OPTION_FIELDS, race, under_conditions
 from firstlap.robustness import (
     BY_NAME,
     SWEEPS,
@@ -17,7 +17,6 @@ from firstlap.robustness import (
     Robustness,
     boxes,
     chosen_sweeps,
-    disturbed_car,
     stopping_distance,
 )
 from firstlap.setup_file import load_setup
@@ -29,14 +28,13 @@ PNG = b"\x89PNG\r\n"
 def test_every_sweep_sets_fields_that_exist_to_values_that_they_allow(sweep):
     assert len(set(sweep.values)) == len(sweep.values) >= 5
     assert sweep.sets or sweep.kind == "joints"
-    for section, name in sweep.sets:
-        table = OPTION_FIELDS if section == "race" else CAR_FIELDS
-        field = table.find(f"{section}.{name}", "sweep")
+    for key in sweep.sets:
+        field = OPTION_FIELDS.find(key, "sweep")
         if sweep.kind != "box":
             for value in sweep.values:
-                table.check(field, value * sweep.scale, "sweep")
-    for section, name, value in sweep.fixed:
-        CAR_FIELDS.check(CAR_FIELDS.find(f"{section}.{name}", "sweep"), value, "sweep")
+                OPTION_FIELDS.check(field, value * sweep.scale, "sweep")
+    for key, value in sweep.fixed:
+        OPTION_FIELDS.check(OPTION_FIELDS.find(key, "sweep"), value, "sweep")
 
 
 def test_the_sweeps_span_what_was_promised():
@@ -46,17 +44,18 @@ def test_the_sweeps_span_what_was_promised():
     assert spans["pipe_joints"] == (0, 0.8, "m")
     assert spans["scan_rate"] == (10, 40, "Hz")
     assert spans["latency"] == (0, 100, "ms")
-    assert {name for _, name in WAYS} == {"obstacle_sight", "obstacle_at", "obstacle_offset"}
+    assert spans["speed_measured"] == spans["speed_constant"] == (-20, 20, "%")
+    assert set(WAYS) == {"race.obstacle_sight", "race.obstacle_at", "race.obstacle_offset"}
 
 
-def test_a_disturbed_car_differs_in_what_the_sweep_sets_and_leaves_the_car_as_it_is():
+def test_a_sweep_is_conditions_which_change_the_raced_car_and_leave_the_loaded_one_as_it_is():
     car = load_car("default")
     before = car.core.values()
-    disturbed = disturbed_car(car, BY_NAME["lost_sectors"], 30).core.values()
+    disturbed = under_conditions(car, BY_NAME["lost_sectors"].conditions(30)).core.values()
     assert disturbed["lidar"]["dropout_block_share"] == pytest.approx(0.3)
     assert disturbed["lidar"]["dropout_block_beams"] == 40
     assert car.core.values() == before
-    assert disturbed_car(car, BY_NAME["latency"], 50) is car
+    assert under_conditions(car, BY_NAME["latency"].conditions(50)) is car
 
 
 def test_the_shortest_stop_grows_with_speed_and_in_bends_and_is_what_the_simulated_car_can_do():
@@ -108,6 +107,15 @@ def test_curves_compare_laps_with_the_undisturbed_ones(cli):
     assert sweep["points"][0]["lap_ratio"] == 1.0
     assert sweep["tracks"]["oval"][0]["lap"] == pytest.approx(race(firstlap.load_track("oval"), laps=1).best)
     assert Path("a.png").read_bytes().startswith(PNG)
+
+
+def test_a_condition_holds_in_every_race_of_a_sweep_and_is_told(cli):
+    arguments = ("robustness", "oval", "--sweep", "scan_rate", "--laps", 1, "--seeds", 1)
+    plain = cli(*arguments, "--json").json
+    slippery = cli(*arguments, "--option", "sensors.speed_scale_error=0.1", "--option", "mu_scale=0.9", "--json").json
+    assert plain["options"] == {}
+    assert slippery["options"] == {"sensors.speed_scale_error": 0.1, "mu_scale": 0.9}
+    assert slippery["sweeps"][0]["tracks"] != plain["sweeps"][0]["tracks"]
 
 
 def test_a_table_names_every_value(cli):

@@ -5,6 +5,7 @@
 #include "firstlap/sim/lidar.hpp"
 #include "firstlap/sim/sensors.hpp"
 #include "firstlap/sim/vehicle_params.hpp"
+#include "firstlap/types.hpp"
 
 namespace firstlap::sim {
 
@@ -14,6 +15,9 @@ struct Car {
   SensorParams sensors{};
   LidarParams lidar{};
 };
+
+// Where the laser is, in the frame in which `base_link` is given, its mounting errors included.
+Pose2 laser_pose(const Car& car, const Pose2& base_link) noexcept;
 
 Car default_car();
 Car nuc2_car();  // ForzaETH's NUC2, identified on track

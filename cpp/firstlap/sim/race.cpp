@@ -33,11 +33,6 @@ Pose2 obstacle_pose(const Progress& progress, const RaceOptions& options) {
           line.yaw + options.obstacle_yaw};
 }
 
-Pose2 between(const Pose2& a, const Pose2& b, double t) {
-  const double turn = std::remainder(b.yaw - a.yaw, 2.0 * std::numbers::pi);
-  return {a.x + t * (b.x - a.x), a.y + t * (b.y - a.y), a.yaw + t * turn};
-}
-
 }  // namespace
 
 Race::Race(const Track& track, const Car& car, Driver& driver, const RaceOptions& options)
@@ -60,7 +55,7 @@ Race::Race(const Track& track, const Car& car, Driver& driver, const RaceOptions
   last_pose_ = vehicle_.pose();
   if (touch(car_.geometry, last_pose_, track.walls)) throw std::invalid_argument("race: the car starts on a wall");
   progress_.reset({last_pose_.x, last_pose_.y});
-  sensors_.record(0.0, vehicle_.state());
+  sensors_.record(0.0, vehicle_.own_state(), last_pose_.yaw);
   if (options_.obstacle_sight > 0.0) {
     box_.emplace(obstacle_pose(progress_, options_), options_.obstacle_length, options_.obstacle_width, car_.lidar);
   }
@@ -86,7 +81,7 @@ void Race::move(int i) {
   vehicle_.step(step_);
   const Pose2 after = vehicle_.pose();
   result_.time = static_cast<double>(scans_) * period_ + i * step_;
-  sensors_.record(result_.time, vehicle_.state());
+  sensors_.record(result_.time, vehicle_.own_state(), after.yaw);
   sweep(before, after, i);
   check_laps(std::hypot(after.x - before.x, after.y - before.y));
   if (!over()) check_obstacle();
@@ -107,15 +102,10 @@ void Race::sweep(const Pose2& before, const Pose2& after, int i) {
   if (last <= next_beam_) return;
   const double middle = begin + duration * 0.5 * (next_beam_ + last - 1) / (beams - 1);
   const double t = duration > 0.0 ? std::clamp(middle / step_ - (i - 1), 0.0, 1.0) : 1.0;
-  const Pose2 laser = laser_pose(between(before, after, t));
+  const Pose2 laser = laser_pose(car_, between(before, after, t));
   lidar_.scan_sector(laser, next_beam_, last, ranges_);
   if (obstacle_) obstacle_->add_to_scan(laser, next_beam_, last, ranges_);
   next_beam_ = last;
-}
-
-Pose2 Race::laser_pose(const Pose2& base_link) const noexcept {
-  const double x = car_.geometry.laser_x;
-  return {base_link.x + x * std::cos(base_link.yaw), base_link.y + x * std::sin(base_link.yaw), base_link.yaw};
 }
 
 // Shares the step between the laps it belongs to; the line is crossed in between, linearly.

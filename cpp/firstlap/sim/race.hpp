@@ -117,7 +117,6 @@ class Race {
   void drive_if_free();
   void drive();
   void record();
-  Pose2 laser_pose(const Pose2& base_link) const noexcept;
 
   const Track* track_;
   Car car_;

@@ -1,4 +1,4 @@
-// What the car measures about itself: wheel speed, yaw rate, wheel angle, with errors.
+// What the car measures about itself: wheel speed, yaw rate, wheel angle, with errors; and where its laser really is.
 #pragma once
 
 #include <array>
@@ -12,6 +12,16 @@
 
 namespace firstlap::sim {
 
+// Odometry as nodes get it wrong.
+enum class OdometryFault : int {
+  none = 0,
+  negated = 1,    // forward is negative
+  map_frame = 2,  // speed along the map's x axis
+  km_h = 3,
+  deg_s = 4,
+  stuck = 5,  // at 0, all of it
+};
+
 struct SensorParams {
   double speed_noise = 0.03;
   double speed_scale_error = 0.0;
@@ -20,6 +30,10 @@ struct SensorParams {
   double steering_noise = 0.003;
   double steering_offset = 0.0;
   double latency = 0.0;
+  int odometry_fault = 0;
+  double laser_x_error = 0.0;
+  double laser_y_error = 0.0;
+  double laser_yaw_error = 0.0;
 
   static constexpr auto fields() {
     using P = SensorParams;
@@ -31,6 +45,12 @@ struct SensorParams {
         Field{"steering_noise", &P::steering_noise, "rad", 0.0, 0.5, "standard deviation of the wheel angle"},
         Field{"steering_offset", &P::steering_offset, "rad", -0.2, 0.2, "added to the wheel angle"},
         Field{"latency", &P::latency, "s", 0.0, 0.2, "age of a measurement when the driver gets it"},
+        Field{"odometry_fault", &P::odometry_fault, "", 0.0, 5.0,
+              "0 none, 1 speed negated, 2 speed in the map frame, 3 km/h, 4 deg/s, 5 stuck at 0"},
+        Field{"laser_x_error", &P::laser_x_error, "m", -0.5, 0.5, "laser ahead of where the driver believes it"},
+        Field{"laser_y_error", &P::laser_y_error, "m", -0.5, 0.5, "laser left of where the driver believes it"},
+        Field{"laser_yaw_error", &P::laser_yaw_error, "rad", -3.2, 3.2,
+              "laser turned left of where the driver believes it to look"},
     };
   }
 };
@@ -43,8 +63,9 @@ class Sensors {
   // Other errors from here on. Throws as the constructor, and then nothing has changed.
   void change(const SensorParams& params);
 
-  // The true state at `time` [s]; times must not decrease.
-  void record(double time, const VehicleState& truth) noexcept;
+  // The state at `time` [s] as the car's own electronics know it, and its heading `yaw` [rad] in the map frame; times
+  // must not decrease.
+  void record(double time, const VehicleState& state, double yaw = 0.0) noexcept;
 
   // The newest recorded state at least `latency` old (the oldest kept if none is), with errors.
   VehicleState measure(double time) noexcept;
@@ -53,6 +74,7 @@ class Sensors {
   struct Sample {
     double time = 0.0;
     VehicleState state{};
+    double yaw = 0.0;
   };
 
   SensorParams params_;

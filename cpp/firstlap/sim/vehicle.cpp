@@ -37,6 +37,11 @@ State runge_kutta(const State& q, double h, Derivative&& derivative) noexcept {
 
 }  // namespace
 
+Pose2 between(const Pose2& a, const Pose2& b, double t) noexcept {
+  const double turn = std::remainder(b.yaw - a.yaw, 2.0 * std::numbers::pi);
+  return {a.x + t * (b.x - a.x), a.y + t * (b.y - a.y), a.yaw + t * turn};
+}
+
 Vehicle::Vehicle(const CarGeometry& geometry, const VehicleParams& params) : geometry_(geometry), params_(params) {
   validate(geometry, "car");
   validate(params, "vehicle");
@@ -71,8 +76,10 @@ void Vehicle::change(const CarGeometry& geometry, const VehicleParams& params) {
 
 void Vehicle::command(const DriveCommand& command, double latency) noexcept {
   if (!std::isfinite(command.speed) || !std::isfinite(command.steering_angle)) return;
-  steering_line_.push(time_ + latency + params_.steering_delay, command.steering_angle);
-  speed_line_.push(time_ + latency + params_.speed_delay, command.speed);
+  const double steering = params_.steering_gain * command.steering_angle + params_.steering_trim;
+  const double speed = (1.0 + params_.speed_constant_error) * command.speed;
+  steering_line_.push(time_ + latency + params_.steering_delay, steering);
+  speed_line_.push(time_ + latency + params_.speed_delay, speed);
 }
 
 void Vehicle::kick(double lateral_speed, double yaw_rate) noexcept {
@@ -129,6 +136,11 @@ Pose2 Vehicle::pose() const noexcept {
 }
 
 VehicleState Vehicle::state() const noexcept { return {body_.forward, body_.yaw_rate, body_.steering}; }
+
+VehicleState Vehicle::own_state() const noexcept {
+  return {body_.forward / (1.0 + params_.speed_constant_error), body_.yaw_rate,
+          (body_.steering - params_.steering_trim) / params_.steering_gain};
+}
 
 double Vehicle::lateral_speed() const noexcept { return body_.lateral - params_.l_r * body_.yaw_rate; }
 

@@ -37,6 +37,9 @@ GymState gym_derivative(const CarGeometry& geometry, const VehicleParams& params
 GymInput gym_control(const CarGeometry& geometry, const VehicleParams& params, const GymState& state,
                      double speed_command, double steering_command) noexcept;
 
+// The pose `t` (0 to 1) of the way from `a` to `b`.
+Pose2 between(const Pose2& a, const Pose2& b, double t) noexcept;
+
 class Vehicle {
  public:
   // Throws std::invalid_argument for a parameter outside its range or l_f + l_r away from the wheelbase.
@@ -60,6 +63,7 @@ class Vehicle {
 
   Pose2 pose() const noexcept;                                   // base_link in the map frame
   VehicleState state() const noexcept;                           // true, as sensors would like to measure it
+  VehicleState own_state() const noexcept;                       // as the car's electronics know it, by their constants
   double lateral_speed() const noexcept;                         // [m/s] of base_link
   double forward_acceleration() const noexcept { return a_x_; }  // [m/s^2] of the centre of gravity
   double lateral_acceleration() const noexcept { return a_y_; }  // [m/s^2] of the centre of gravity

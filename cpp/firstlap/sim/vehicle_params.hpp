@@ -36,6 +36,9 @@ struct VehicleParams {
   double steering_delay = 0.04;
   double speed_delay = 0.0;
   double speed_gain = 8.0;
+  double speed_constant_error = 0.0;
+  double steering_gain = 1.0;
+  double steering_trim = 0.0;
   double accel_max = 6.0;
   double brake_max = 7.0;
   double speed_max = 12.0;
@@ -70,6 +73,10 @@ struct VehicleParams {
         Field{"steering_delay", &P::steering_delay, "s", 0.0, 0.5, "transport delay of the steering command"},
         Field{"speed_delay", &P::speed_delay, "s", 0.0, 0.5, "transport delay of the speed command"},
         Field{"speed_gain", &P::speed_gain, "1/s", 0.1, 100.0, "acceleration per speed error"},
+        Field{"speed_constant_error", &P::speed_constant_error, "", -0.5, 0.5,
+              "the car drives 1 + this times the speed that it commands and measures"},
+        Field{"steering_gain", &P::steering_gain, "", 0.2, 3.0, "wheels turn this times the angle that is commanded"},
+        Field{"steering_trim", &P::steering_trim, "rad", -0.3, 0.3, "wheels stand at this when 0 is commanded"},
         Field{"accel_max", &P::accel_max, "m/s^2", 0.1, 50.0, "motor's limit"},
         Field{"brake_max", &P::brake_max, "m/s^2", 0.1, 50.0, "brake's limit, as a positive number"},
         Field{"speed_max", &P::speed_max, "m/s", 0.5, 100.0, "highest speed the car takes as a command"},

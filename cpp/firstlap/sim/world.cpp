@@ -3,26 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <stdexcept>
 
 #include "firstlap/sim/car_body.hpp"
 #include "firstlap/sim/contact.hpp"
 
 namespace firstlap::sim {
-namespace {
-
-Pose2 between(const Pose2& a, const Pose2& b, double t) {
-  const double turn = std::remainder(b.yaw - a.yaw, 2.0 * std::numbers::pi);
-  return {a.x + t * (b.x - a.x), a.y + t * (b.y - a.y), a.yaw + t * turn};
-}
-
-Pose2 laser_pose(const Car& car, const Pose2& base_link) {
-  const double x = car.geometry.laser_x;
-  return {base_link.x + x * std::cos(base_link.yaw), base_link.y + x * std::sin(base_link.yaw), base_link.yaw};
-}
-
-}  // namespace
 
 World::Agent::Agent(const Track& track, const Car& car, std::uint64_t seed)
     : vehicle(car.geometry, car.vehicle),
@@ -93,7 +79,7 @@ void World::place(std::size_t i, const Pose2& base_link) {
   agent.crashed = agent.commanded = agent.started = false;
   agent.silent = agent.steering = 0.0;
   agent.clearance = std::numeric_limits<double>::infinity();
-  agent.sensors.record(time(), agent.vehicle.state());
+  agent.sensors.record(time(), agent.vehicle.own_state(), base_link.yaw);
 }
 
 void World::kick(std::size_t i, double lateral_speed, double yaw_rate) noexcept {
@@ -137,7 +123,7 @@ void World::move(Agent& agent, int i) {
   agent.before = agent.vehicle.pose();
   if (!agent.crashed) agent.vehicle.step(step_);
   const Pose2 after = agent.vehicle.pose();
-  agent.sensors.record(time() + i * step_, agent.vehicle.state());
+  agent.sensors.record(time() + i * step_, agent.vehicle.own_state(), after.yaw);
   check_laps(agent, std::hypot(after.x - agent.before.x, after.y - agent.before.y));
 }
 

@@ -39,5 +39,23 @@ TEST(Sensors, HaveTheScaleBiasAndNoiseAsked) {
   EXPECT_NEAR(yaw_rate / n, 1.3, 4e-3);
 }
 
+TEST(Sensors, GiveOdometryAsNodesGetItWrong) {
+  const auto measured = [](OdometryFault fault) {
+    Sensors sensors(
+        {.speed_noise = 0, .yaw_rate_noise = 0, .steering_noise = 0, .odometry_fault = static_cast<int>(fault)}, 1);
+    sensors.record(0.0, {2.0, 1.0, 0.3}, 2.0);
+    return sensors.measure(0.0);
+  };
+  EXPECT_EQ(measured(OdometryFault::none).speed, 2.0);
+  EXPECT_EQ(measured(OdometryFault::negated).speed, -2.0);
+  EXPECT_EQ(measured(OdometryFault::map_frame).speed, 2.0 * std::cos(2.0));
+  EXPECT_EQ(measured(OdometryFault::km_h).speed, 7.2);
+  EXPECT_NEAR(measured(OdometryFault::deg_s).yaw_rate, 57.29578, 1e-5);
+  EXPECT_EQ(measured(OdometryFault::deg_s).speed, 2.0);
+  EXPECT_EQ(measured(OdometryFault::stuck).speed, 0.0);
+  EXPECT_EQ(measured(OdometryFault::stuck).yaw_rate, 0.0);
+  EXPECT_EQ(measured(OdometryFault::stuck).steering_angle, 0.3);
+}
+
 }  // namespace
 }  // namespace firstlap::sim

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
+#include <numbers>
 
 #include "firstlap/sim/car.hpp"
 #include "firstlap/sim/rng.hpp"
@@ -52,6 +53,37 @@ TEST(Vehicle, ConformsToTheCommonRoadSingleTrackVector) {
                           0.6435589397748606,  0.0313297971641291};
   const GymState f = gym_derivative(geometry, p, state, {0.15, 0.63 * g});
   for (std::size_t i = 0; i < f.size(); ++i) EXPECT_NEAR(f[i], expected[i], 1e-12) << i;
+}
+
+// What its electronics know agrees with the command; what it does at the ground does not.
+TEST(Vehicle, DrivesByTheConstantsThatItHas) {
+  for (const Car& preset : {default_car(), gym_car()}) {
+    Car car = preset;
+    car.vehicle.speed_constant_error = 0.15;
+    car.vehicle.steering_gain = 0.8;
+    car.vehicle.steering_trim = 0.05;
+    const Vehicle vehicle = driven(car, {2.0, 0.1}, 4.0);
+    EXPECT_NEAR(vehicle.state().steering_angle, 0.8 * 0.1 + 0.05, 4e-3);
+    EXPECT_NEAR(vehicle.own_state().steering_angle, 0.1, 5e-3);
+    EXPECT_NEAR(vehicle.state().speed, 2.3, 0.05);
+    EXPECT_NEAR(vehicle.own_state().speed, vehicle.state().speed / 1.15, 1e-12);
+    EXPECT_EQ(vehicle.own_state().yaw_rate, vehicle.state().yaw_rate);
+  }
+}
+
+TEST(Car, ItsLaserIsWhereItIsMountedWithTheErrorsOfThat) {
+  Car car;
+  const Pose2 base{1.0, 2.0, std::numbers::pi / 2.0};
+  Pose2 laser = laser_pose(car, base);
+  EXPECT_NEAR(laser.x, 1.0, 1e-12);
+  EXPECT_NEAR(laser.y, 2.0 + car.geometry.laser_x, 1e-12);
+  car.sensors.laser_x_error = 0.1;
+  car.sensors.laser_y_error = 0.02;
+  car.sensors.laser_yaw_error = 0.3;
+  laser = laser_pose(car, base);
+  EXPECT_NEAR(laser.x, 1.0 - 0.02, 1e-12);
+  EXPECT_NEAR(laser.y, 2.1 + car.geometry.laser_x, 1e-12);
+  EXPECT_NEAR(laser.yaw, base.yaw + 0.3, 1e-12);
 }
 
 TEST(Vehicle, GymControlHasItsTwoSpeedGains) {

@@ -21,17 +21,34 @@ StepResult drive(World& world, Driver& driver) {
 }
 
 // The race is the reference: the same car, seed and driver give the same motion, bit for bit.
-TEST(World, OneCarMovesAsInARace) {
+class OneCar : public ::testing::TestWithParam<Car> {};
+
+Car wrong_car() {
+  Car car;
+  car.vehicle.speed_constant_error = 0.1;
+  car.vehicle.steering_gain = 0.9;
+  car.vehicle.steering_trim = 0.02;
+  car.sensors.laser_x_error = 0.05;
+  car.sensors.laser_y_error = -0.03;
+  car.sensors.laser_yaw_error = 0.02;
+  car.sensors.odometry_fault = static_cast<int>(OdometryFault::map_frame);
+  return car;
+}
+
+INSTANTIATE_TEST_SUITE_P(World, OneCar, ::testing::Values(default_car(), wrong_car()));
+
+TEST_P(OneCar, MovesAsInARace) {
   const Track track = wavy_track(400, 1.2, 0.1);
   CenterDriver raced(3.0), commanded(3.0);
-  Race race(track, default_car(), raced, {.laps = 2, .seed = 5});
-  World world(track, default_car(), {}, 5);
+  Race race(track, GetParam(), raced, {.laps = 2, .seed = 5});
+  World world(track, GetParam(), {}, 5);
   while (race.result().laps.empty() && race.advance()) {
     world.advance();
     drive(world, commanded);
     ASSERT_EQ(race.pose().x, world.pose(0).x);
     ASSERT_EQ(race.pose().yaw, world.pose(0).yaw);
     ASSERT_TRUE(std::equal(race.scan().ranges.begin(), race.scan().ranges.end(), world.scan(0).ranges.begin()));
+    ASSERT_EQ(race.measured().speed, world.measured(0).speed);
   }
   ASSERT_EQ(world.laps(0).size(), 1U);
   // The race's clock runs from the lights, the world's from the first command.

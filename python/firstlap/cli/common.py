@@ -16,7 +16,7 @@ from rich.progress import BarColumn, Progress, ProgressColumn, TextColumn, TimeR
 from firstlap.cli.process import said_or_not
 from firstlap.drivers.registry import DRIVERS
 from firstlap.errors import InputError
-from firstlap.race import OPTION_FIELDS
+from firstlap.race import OPTION_FIELDS, option_name
 from firstlap.setup_file import Setup, choose_setup
 
 TrackArgument = Annotated[
@@ -46,7 +46,10 @@ SetOption = Annotated[
 ConditionOption = Annotated[
     list[str] | None,
     typer.Option(
-        "--option", metavar="NAME=VALUE", help="Change a condition of the race, such as mu_scale=0.85; repeatable."
+        "--option",
+        metavar="NAME=VALUE",
+        help="Change a condition that the driver is not told, such as mu_scale=0.85 or "
+        "sensors.speed_scale_error=0.1; repeatable.",
     ),
 ]
 CarOption = Annotated[str, typer.Option("--car", metavar="CAR", help="default, nuc2, gym or a YAML file.")]
@@ -68,14 +71,14 @@ def chosen_setup(setup: str | None, changes: list[str] | None, driver: str | Non
 
 
 def chosen_options(assignments: list[str] | None) -> dict[str, float]:
-    """The race options of --option; what has an option of its own is not among them. Raises InputError."""
+    """The conditions of --option; what has an option of its own is not among them. Raises InputError."""
     chosen: dict[str, float] = {}
     for text in assignments or []:
         field, value = OPTION_FIELDS.parse_assignment(text, "--option", "mu_scale=0.85")
-        if field.name in ("laps", "record_path"):
+        if field.key in ("race.laps", "race.record_path"):
             instead = "use --laps" if field.name == "laps" else "every race keeps its path"
             raise InputError(f"--option {text[:60]}: {field.name} is not an option here; {instead}")
-        chosen[field.name] = value
+        chosen[option_name(field)] = value
     return chosen
 
 

@@ -14,12 +14,15 @@ from firstlap import __version__
 from firstlap.car_file import load_car
 from firstlap.cli.common import (
     CarOption,
+    ConditionOption,
     JsonOption,
     LapsOption,
     SetOption,
     SetupOption,
+    chosen_options,
     chosen_setup,
     console,
+    described_options,
     fail,
     note,
     print_json,
@@ -46,17 +49,18 @@ def robustness(
         int, typer.Option("--places", min=1, max=1_000, help="Sudden obstacles per lap, on the line and beside it.")
     ] = 8,
     car: CarOption = "default",
+    options: ConditionOption = None,
     plot: Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Write a picture of the curves.")] = None,
     as_json: JsonOption = False,
 ) -> int:
-    """Race against lost beams, noise, joints, slow scans, latency and sudden obstacles: what may go wrong? Exits 0
-    when nothing was touched, 1 when something was."""
+    """Race against lost beams, noise, joints, slow scans, latency, wrong speeds, lasers and servos, and sudden
+    obstacles: what may go wrong? Exits 0 when nothing was touched, 1 when something was."""
     if plot:
         from firstlap.plot import PICTURES
 
         check_writable(plot, PICTURES)
     chosen = chosen_sweeps(sweeps)
-    races = Robustness(chosen_setup(setup, changes), load_car(car), laps)
+    races = Robustness(chosen_setup(setup, changes), load_car(car), laps, chosen_options(options))
     loaded = {spec: load_track(spec) for spec in expand(tracks)}
     interrupted = False
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
@@ -99,9 +103,10 @@ def robustness(
 
 def _print(found: dict[str, Any], plot: Path | None) -> None:
     out = console()
+    conditions = described_options(found["options"])
     for sweep in found["sweeps"]:
         box = sweep["name"] == "obstacle"
-        table = Table(title=escape(f"{sweep['title']}, setup {found['setup']}"))
+        table = Table(title=escape(f"{sweep['title']}, setup {found['setup']}{conditions}"))
         last = ("passed %", "stopped %", "impossible") if box else ("lap / undisturbed",)
         for heading in (f"{sweep['unit'] or 'times'}", "runs", "contact-free %", "finished %", *last):
             table.add_column(heading, justify="right")
