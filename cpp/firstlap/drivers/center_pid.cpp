@@ -38,9 +38,9 @@ StepResult CenterPid::step(const LaserScan& scan, const VehicleState& state, dou
   const double margin = std::min(params_.center.arc_margin, 0.8 * std::min(room.left, room.right));
   const double curvature = curvature_of(memory_.steering, car);
   trace_.free = free_along_arc(sweep_.points(), curvature, margin, params_.scan.range_use, car);
-  const double speed = plan_speed(trace_.free, curvature, state, params_.speed);
+  memory_.speed = plan_speed(trace_.free, curvature, {state.speed, memory_.speed, dt}, params_.speed);
   const bool blocked = trace_.free <= params_.speed.stop_distance;
-  return trace_.result = {{speed, memory_.steering}, blocked ? Status::blocked : Status::ok};
+  return trace_.result = {{memory_.speed, memory_.steering}, blocked ? Status::blocked : Status::ok};
 }
 
 double CenterPid::mean_range(double angle) const noexcept {
@@ -84,6 +84,7 @@ StepResult CenterPid::stop(double dt, Status why) noexcept {
   const double angle = smooth_steering(memory_.steering, memory_.steering, dt, 0.0, params_.car);
   memory_ = {};
   memory_.steering = angle;
+  memory_.speed = 0.0;
   return trace_.result = {{0.0, angle}, why};
 }
 

@@ -120,11 +120,12 @@ class CenterPid final : public Driver {
 
  private:
   struct Memory {
-    double steering = 0.0;    // [rad] last commanded
-    double error = 0.0;       // [m]
-    double integral = 0.0;    // [rad]
-    double derivative = 0.0;  // [m/s]
-    bool awake = false;       // there is an error to compare with
+    double steering = 0.0;      // [rad] last commanded
+    double speed = no_command;  // [m/s] last commanded
+    double error = 0.0;         // [m]
+    double integral = 0.0;      // [rad]
+    double derivative = 0.0;    // [m/s]
+    bool awake = false;         // there is an error to compare with
   };
 
   [[nodiscard]] double mean_range(double angle) const noexcept;

@@ -30,8 +30,8 @@ StepResult DisparityExtender::step(const LaserScan& scan, const VehicleState& st
   const bool blocked = ahead <= params_.speed.stop_distance;
   const double w = params_.disparity.straight_weight;
   const double far = (1.0 - w) * trace_.aim_free + w * std::min(trace_.aim_free, trace_.straight_free);
-  const double speed = plan_speed(blocked ? 0.0 : far, curvature_of(angle, car), state, params_.speed);
-  return trace_.result = {{speed, steering_}, blocked ? Status::blocked : Status::ok};
+  speed_ = plan_speed(blocked ? 0.0 : far, curvature_of(angle, car), {state.speed, speed_, dt}, params_.speed);
+  return trace_.result = {{speed_, steering_}, blocked ? Status::blocked : Status::ok};
 }
 
 void DisparityExtender::extend_disparities() noexcept {
@@ -105,6 +105,7 @@ double DisparityExtender::turn_with_room(double wanted) noexcept {
 }
 
 StepResult DisparityExtender::stop(double dt, Status why) noexcept {
+  speed_ = 0.0;
   steering_ = smooth_steering(steering_, steering_, dt, 0.0, params_.car);
   return trace_.result = {{0.0, steering_}, why};
 }

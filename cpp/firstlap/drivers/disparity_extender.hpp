@@ -84,7 +84,10 @@ class DisparityExtender final : public Driver {
   explicit DisparityExtender(const DisparityExtenderParams& params);
 
   StepResult step(const LaserScan& scan, const VehicleState& state, double dt) noexcept override;
-  void reset() noexcept override { steering_ = 0.0; }
+  void reset() noexcept override {
+    steering_ = 0.0;
+    speed_ = no_command;
+  }
 
   [[nodiscard]] const DisparityExtenderParams& params() const noexcept { return params_; }
   [[nodiscard]] const Trace& trace() const noexcept { return trace_; }
@@ -99,7 +102,8 @@ class DisparityExtender final : public Driver {
   DisparityExtenderParams params_;
   Sweep sweep_;
   Trace trace_;
-  double steering_ = 0.0;  // [rad] last commanded
+  double steering_ = 0.0;      // [rad] last commanded
+  double speed_ = no_command;  // [m/s] last commanded
 };
 
 }  // namespace firstlap::drivers

@@ -36,8 +36,8 @@ StepResult FollowTheGap::step(const LaserScan& scan, const VehicleState& state, 
   steering_ = smooth_steering(trace_.arc, steering_, dt, params_.steering.steering_time, params_.car);
   const bool blocked = trace_.arc_free <= params_.speed.stop_distance;
   const double free = blocked ? 0.0 : trace_.aim_free;
-  const double speed = plan_speed(free, curvature_of(trace_.arc, params_.car), state, params_.speed);
-  return trace_.result = {{speed, steering_}, blocked ? Status::blocked : Status::ok};
+  speed_ = plan_speed(free, curvature_of(trace_.arc, params_.car), {state.speed, speed_, dt}, params_.speed);
+  return trace_.result = {{speed_, steering_}, blocked ? Status::blocked : Status::ok};
 }
 
 // How far the car, as a disc, could go in each direction.
@@ -180,6 +180,7 @@ void FollowTheGap::choose_arc(const VehicleState& state) noexcept {
 }
 
 StepResult FollowTheGap::stop(double dt, Status why) noexcept {
+  speed_ = 0.0;
   steering_ = smooth_steering(steering_, steering_, dt, 0.0, params_.car);
   trace_.arc_free = trace_.aim_free = 0.0;
   return trace_.result = {{0.0, steering_}, why};

@@ -97,7 +97,10 @@ class FollowTheGap final : public Driver {
   explicit FollowTheGap(const FollowTheGapParams& params);
 
   StepResult step(const LaserScan& scan, const VehicleState& state, double dt) noexcept override;
-  void reset() noexcept override { steering_ = 0.0; }
+  void reset() noexcept override {
+    steering_ = 0.0;
+    speed_ = no_command;
+  }
 
   [[nodiscard]] const FollowTheGapParams& params() const noexcept { return params_; }
   [[nodiscard]] const Trace& trace() const noexcept { return trace_; }
@@ -121,7 +124,8 @@ class FollowTheGap final : public Driver {
   FollowTheGapParams params_;
   Sweep sweep_;
   Trace trace_;
-  double steering_ = 0.0;  // [rad] last commanded
+  double steering_ = 0.0;      // [rad] last commanded
+  double speed_ = no_command;  // [m/s] last commanded
 };
 
 }  // namespace firstlap::drivers

@@ -22,7 +22,7 @@ double free_straight(const Buffer<Point2>& points, double side, double front, do
 
 }  // namespace
 
-double plan_speed(double free, double curvature, const VehicleState& state, const SpeedParams& params) noexcept {
+double plan_speed(double free, double curvature, const SpeedNow& now, const SpeedParams& params) noexcept {
   double speed = 0.0;
   if (free > params.stop_distance) {
     const double braking = std::sqrt(-2.0 * params.a_x_min * (free - params.stop_distance));
@@ -30,8 +30,9 @@ double plan_speed(double free, double curvature, const VehicleState& state, cons
     speed = std::max(std::min({braking, turning, params.v_max}), std::min(params.v_min, params.v_max));
   }
   // A stop is not softened: the car takes the brake it has.
-  const double slowest = speed > 0.0 ? state.speed + params.delta_v_min : 0.0;
-  return std::clamp(std::min(std::max(speed, slowest), state.speed + params.delta_v_max), 0.0, params.v_max);
+  const double softened = std::min(now.measured + params.delta_v_min, now.commanded + params.a_x_min * now.dt);
+  const double slowest = speed > 0.0 ? softened : 0.0;
+  return std::clamp(std::min(std::max(speed, slowest), now.measured + params.delta_v_max), 0.0, params.v_max);
 }
 
 double within_grip(double wanted, double speed, const SteeringParams& params, const CarGeometry& car) noexcept {

@@ -2,6 +2,7 @@
 // steering within grip and servo, and the way that the car's body sweeps.
 #pragma once
 
+#include <limits>
 #include <tuple>
 
 #include "firstlap/buffer.hpp"
@@ -10,6 +11,8 @@
 #include "firstlap/types.hpp"
 
 namespace firstlap::drivers {
+
+inline constexpr double no_command = std::numeric_limits<double>::infinity();  // [m/s] none has been given yet
 
 struct SpeedParams {
   double v_min = 1.0;
@@ -50,8 +53,16 @@ struct SteeringParams {
   }
 };
 
-// Speed [m/s] for this much free distance [m] and curvature [1/m]: sqrt(2 a free) and sqrt(a_y / |curvature|).
-double plan_speed(double free, double curvature, const VehicleState& state, const SpeedParams& params) noexcept;
+// What the next speed command starts from.
+struct SpeedNow {
+  double measured = 0.0;   // [m/s]
+  double commanded = 0.0;  // [m/s] by the last step; infinite before the first
+  double dt = 0.0;         // [s] since then
+};
+
+// Speed [m/s] for this much free distance [m] and curvature [1/m]: sqrt(2 a free) and sqrt(a_y / |curvature|), near the
+// measured speed. A speed that reads high takes no brake away: the command may always fall by a_x_min.
+double plan_speed(double free, double curvature, const SpeedNow& now, const SpeedParams& params) noexcept;
 
 // `wanted` [rad] within the wheel's limit and what `a_y_steer` allows at this speed: atan(l a_y / v^2).
 double within_grip(double wanted, double speed, const SteeringParams& params, const CarGeometry& car) noexcept;

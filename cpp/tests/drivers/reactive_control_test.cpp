@@ -17,21 +17,28 @@ Buffer<Point2> points_of(std::initializer_list<Point2> points) {
 
 TEST(PlanSpeed, IsWhatTheBrakesCanStopFromWithinTheFreeDistance) {
   SpeedParams p{.v_max = 20.0, .a_x_min = -4.0, .stop_distance = 0.5, .delta_v_max = 10.0, .delta_v_min = -10.0};
-  EXPECT_NEAR(plan_speed(2.5, 0.0, {3.0, 0, 0}, p), 4.0, 1e-12);  // v^2 = 2 * 4 * 2
-  EXPECT_EQ(plan_speed(0.5, 0.0, {3.0, 0, 0}, p), 0.0);
+  EXPECT_NEAR(plan_speed(2.5, 0.0, {3.0, no_command, 0.025}, p), 4.0, 1e-12);  // v^2 = 2 * 4 * 2
+  EXPECT_EQ(plan_speed(0.5, 0.0, {3.0, no_command, 0.025}, p), 0.0);
 }
 
 TEST(PlanSpeed, IsWhatTheGripAllowsOnTheCurve) {
   SpeedParams p{.v_max = 20.0, .a_y_max = 4.0, .delta_v_max = 10.0, .delta_v_min = -10.0};
-  EXPECT_NEAR(plan_speed(1e3, 1.0, {2.0, 0, 0}, p), 2.0, 1e-12);
-  EXPECT_EQ(plan_speed(1e3, 1.0, {2.0, 0, 0}, p), plan_speed(1e3, -1.0, {2.0, 0, 0}, p));
+  EXPECT_NEAR(plan_speed(1e3, 1.0, {2.0, no_command, 0.025}, p), 2.0, 1e-12);
+  EXPECT_EQ(plan_speed(1e3, 1.0, {2.0, no_command, 0.025}, p), plan_speed(1e3, -1.0, {2.0, no_command, 0.025}, p));
 }
 
 TEST(PlanSpeed, StaysNearTheMeasuredSpeedButForAStop) {
   SpeedParams p;
-  EXPECT_NEAR(plan_speed(1e3, 0.0, {1.0, 0, 0}, p), 1.0 + p.delta_v_max, 1e-12);
-  EXPECT_NEAR(plan_speed(0.4, 0.0, {4.0, 0, 0}, p), 4.0 + p.delta_v_min, 1e-12);
-  EXPECT_EQ(plan_speed(0.0, 0.0, {4.0, 0, 0}, p), 0.0);
+  EXPECT_NEAR(plan_speed(1e3, 0.0, {1.0, no_command, 0.025}, p), 1.0 + p.delta_v_max, 1e-12);
+  EXPECT_NEAR(plan_speed(0.4, 0.0, {4.0, no_command, 0.025}, p), 4.0 + p.delta_v_min, 1e-12);
+  EXPECT_EQ(plan_speed(0.0, 0.0, {4.0, no_command, 0.025}, p), 0.0);
+}
+
+TEST(PlanSpeed, BrakesAsPlannedWhateverTheMeasuredSpeedReads) {
+  const SpeedParams p;
+  for (const double reads : {4.0, 4.6, 8.0})
+    EXPECT_LE(plan_speed(0.4, 0.0, {reads, 4.0, 0.1}, p), 4.0 + p.a_x_min * 0.1) << reads;
+  EXPECT_NEAR(plan_speed(0.4, 0.0, {8.0, 4.0, 0.1}, p), 4.0 + p.a_x_min * 0.1, 1e-12);
 }
 
 TEST(WithinGrip, LimitsTheWheelAngleToAtanOfLAyOverVSquared) {
