@@ -1,12 +1,16 @@
 """Write docs/robustness.md from what `firstlap robustness --json` printed.
 
-Usage: scripts/robustness.py CURVES.json [OBSTACLES.json...] >docs/robustness.md   (the commands stand in the page)
+Usage: scripts/robustness.py CURVES.json [OBSTACLES.json...] [--surveys SURVEY.json...] >docs/robustness.md
+
+The commands stand in the page; --surveys are what `firstlap survey --option ... --json` printed.
 """
 
 import json
 import pathlib
 import sys
 from typing import Any
+
+from firstlap.robustness import BY_NAME
 
 HEAD = """# Robustness
 
@@ -31,6 +35,11 @@ WHAT = """## What is disturbed
 - **scan rate**: of the LiDAR, and with it of the commands. **latency**: from a scan's end to its command taking
   effect, on top of the servo's delay; scans are not lost by it (a *driver* that computes that long loses scans too:
   race it with `--latency fixed:MS`).
+- **speed measured**: the odometry reads so much more than the car drives. **speed constant**: the car drives so much
+  faster than it is told, and what it measures is wrong by the same: no wheel tells. **laser yaw**, **ahead**, **left**:
+  the laser is turned or stands elsewhere than the driver believes. **steering trim**, **gain**: what the wheels make of
+  the angle that is commanded. Each is also an `--option` of `race`, `survey` and `robustness`
+  (`--option sensors.speed_scale_error=0.1`), and so is every other field of a car.
 - **obstacle**: a box of 0.33 m by 0.20 m appears on the line that the car drives without it, and 0.3 m to either side,
   at {places} places of a lap. It appears when the car has come as near as this many of its shortest stopping distances:
   two scans to see it, full braking with the grip that a bend leaves, the speed loop's tail, and 5 cm, all of the
@@ -57,6 +66,10 @@ WHY = """## Where it breaks, and why
 - **Lost beams, sectors, noise, scan rate** cost a hundredth of the lap in the median of the tracks: break and merge
   thresholds follow the spacing of the beams that are left, and walls out of sight are remembered for 0.8 s. At 10 Hz
   the car drives half a metre between scans; what it plans on are walls that do not move.
+- **Wrong speeds** cost nothing up to 20 %, either way: the walls tell how fast they go by (`speed_scale`), and what the
+  car makes of its commands tells whether those are wrong as well. A clear error is corrected within a second; what may
+  be chance, up to about 3 %, is left alone, so that a car whose speed is right drives the same bits as without.
+  Straight walls without an end in sight tell nothing; there the last estimate stands.
 - **The obstacle**: before each command the car checks that it could still stop if it did what the command says until
   the next scan and braked fully from then on, with its body, the servo's lag, the lock and the grip (`last_stop`); if
   not, it brakes fully now. That is why it does not hit. It stops rather than passes where less than the car's width
@@ -76,7 +89,7 @@ def command(found: dict[str, Any], file: str) -> str:
     """The command line that printed `found`."""
     tracks = " ".join(f"{name_of(t)}.yaml" if t.endswith(".yaml") else t for t in found["sweeps"][0]["tracks"])
     chosen = [sweep["name"] for sweep in found["sweeps"]]
-    sweeps = "" if len(chosen) > 1 else f" --sweep {chosen[0]}"
+    sweeps = "" if chosen == list(BY_NAME) else "".join(f" --sweep {name}" for name in chosen)
     both = " --both" if found["both"] else ""
     runs = f"--laps {found['laps']} --seeds {found['seeds']} --places {found['places']}"
     return f"firstlap robustness {tracks} --setup {found['setup']}{sweeps} {runs}{both} --json >{file}"
@@ -119,7 +132,27 @@ def contacts(sweep: dict[str, Any]) -> str:
     return "\n".join(f"- {name}: {text}" for name, text in rows.items()) + "\n\n"
 
 
-def page(found: list[dict[str, Any]], files: list[str]) -> str:
+def survey_row(found: dict[str, Any]) -> str:
+    """One survey as a row: conditions, setup, what its races came to."""
+    ended = [failure["outcome"] for track in found["tracks"] for failure in track["failures"]]
+    conditions = ", ".join(f"`{name}={value:g}`" for name, value in found["options"].items()) or "none"
+    others = sorted(set(ended) - {"contact"})
+    rest = ", ".join(f"{ended.count(outcome)} {outcome.replace('_', ' ')}" for outcome in others) or "0"
+    return f"| {conditions} | `{found['setup']}` | {found['runs']} | {ended.count('contact')} | {rest} |"
+
+
+def surveys(found: list[dict[str, Any]]) -> str:
+    """Many races on tracks that no parameter was chosen on, under wrong speeds."""
+    first, last = (found[0]["tracks"][i]["track"].removeprefix("random:") for i in (0, -1))
+    both = " --both" if found[0]["both"] else ""
+    runs = f"--laps {found[0]['laps']} --seeds {found[0]['seeds']}{both}"
+    text = "## Wrong speeds on random tracks\n\n```sh\n"
+    text += f"firstlap survey random:{first}-{last} {runs} --setup SETUP --option CONDITION\n```\n\n"
+    text += "| condition | setup | races | contacts | other |\n|---|---|---|---|---|\n"
+    return text + "\n".join(survey_row(one) for one in found) + "\n\n"
+
+
+def page(found: list[dict[str, Any]], files: list[str], driven: list[dict[str, Any]]) -> str:
     """The whole page."""
     commands = "\n".join(command(data, file) for data, file in zip(found, files, strict=True))
     commands = commands.replace(" --json", " --json --plot docs/robustness.png", 1)
@@ -129,13 +162,17 @@ def page(found: list[dict[str, Any]], files: list[str]) -> str:
         both = ", both directions" if data["both"] else ""
         text += f"## `{data['setup']}`: {tracks}\n\n{data['laps']} laps, seeds 1 to {data['seeds']}{both}.\n\n"
         text += "".join(curve(sweep) for sweep in data["sweeps"])
-    return text + WHY
+    return text + (surveys(driven) if driven else "") + WHY
 
 
 def main(files: list[str]) -> None:
     """Print the page."""
-    found = [json.loads(pathlib.Path(file).read_text(encoding="utf-8")) for file in files]
-    print(page(found, [pathlib.PurePath(file).name for file in files]), end="")
+    split = files.index("--surveys") if "--surveys" in files else len(files)
+    found, driven = (
+        [json.loads(pathlib.Path(file).read_text(encoding="utf-8")) for file in some]
+        for some in (files[:split], files[split + 1 :])
+    )
+    print(page(found, [pathlib.PurePath(file).name for file in files[:split]], driven), end="")
 
 
 if __name__ == "__main__":

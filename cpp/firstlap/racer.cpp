@@ -38,6 +38,11 @@ double wall_distance(const WallsSeen& walls, double x, double y) noexcept {
   return std::min(left, right);
 }
 
+void forget(WallsSeen& walls) noexcept {
+  walls.left.clear();
+  walls.right.clear();
+}
+
 }  // namespace
 
 Racer::Racer(const Params& params)
@@ -52,45 +57,56 @@ void Racer::set_params(const Params& params) {
 }
 
 void Racer::reset() noexcept {
-  memory_.walls.left.clear();
-  memory_.walls.right.clear();
+  forget(memory_.walls);
+  forget(memory_.seen);
   memory_.path.clear();
   memory_.trail.clear();
   memory_.width = params_.track_width.width_initial;
   memory_.width_known = false;
+  memory_.line_end = LineEnd::none;
   memory_.without_path = longest_pause;
   memory_.trail_step = 0.0;
-  memory_.state = {};
-  memory_.steering_command = 0.0;
+  memory_.moved = memory_.measured = 0.0;
+  memory_.state = memory_.measured_state = {};
+  memory_.speed_scale = {};
+  memory_.speed_command = memory_.steering_command = 0.0;
   memory_.awake = false;
   memory_.braking = false;
-  full_brake_ = false;
 }
 
-StepResult Racer::step(const LaserScan& scan, const VehicleState& state, double dt) noexcept {
+StepResult Racer::step(const LaserScan& scan, const VehicleState& measured, double dt) noexcept {
   trace_.path.clear();
   trace_.line.points.clear();
-  if (!plausible(state, dt)) return trace_.result = stop(VehicleState{}, 0.0, Status::bad_state);
+  if (!plausible(measured, dt)) return trace_.result = stop_blind(dt);
   if (!memory_.awake || dt > longest_pause) reset();
-  move_memory(state, dt);
+  const VehicleState state = move_memory(measured, dt);
   if (!perceive(scan, state)) return trace_.result = hold_or_stop(state, dt, Status::bad_scan);
+  learn_speed_scale(dt);
   choose_line();
   if (leads_back(trace_.line)) {
     forget_the_way();
     choose_line();
   }
   if (!memory_.width_known && learn_width()) choose_line();
+  remember_seen();
   if (!plan(state)) return trace_.result = hold_or_stop(state, dt, Status::no_path);
-  return trace_.result = follow(state, dt, blocked_ ? Status::blocked : Status::ok);
+  return trace_.result = follow(state, dt, Status::ok);
 }
 
-// Dead reckoning: what is remembered is expressed in today's base_link.
-void Racer::move_memory(const VehicleState& state, double dt) noexcept {
+// Dead reckoning: what is remembered is expressed in today's base_link. The state that this takes for true.
+VehicleState Racer::move_memory(const VehicleState& measured, double dt) noexcept {
+  memory_.measured_state = measured;
+  VehicleState state = measured;
+  learn_from_command(memory_.speed_command, measured.speed, dt, params_.speed_scale, memory_.speed_scale);
+  const double scale = true_per_measured(memory_.speed_scale, params_.speed_scale);
+  state.speed *= scale;
+  trace_.speed_scale = scale;
   const double yaw_rate = 0.5 * (state.yaw_rate + (memory_.awake ? memory_.state.yaw_rate : state.yaw_rate));
   const double speed = 0.5 * (state.speed + (memory_.awake ? memory_.state.speed : state.speed));
   const double turn = yaw_rate * dt;
   const Pose2 motion{speed * dt * std::cos(0.5 * turn), speed * dt * std::sin(0.5 * turn), turn};
   move_walls(motion, dt, memory_.walls);
+  move_walls(motion, dt, memory_.seen);
 
   const double c = std::cos(turn);
   const double s = std::sin(turn);
@@ -116,6 +132,16 @@ void Racer::move_memory(const VehicleState& state, double dt) noexcept {
     memory_.trail_step = 0.0;
   }
   memory_.without_path += dt;
+  memory_.moved += speed * dt;
+  memory_.measured += speed / scale * dt;
+  return state;
+}
+
+// By how the walls of this scan lie to those of the last good one.
+void Racer::learn_speed_scale(double dt) noexcept {
+  if (params_.speed_scale.scale_limit <= 0.0) return;
+  const MotionError error = forward_error(memory_.seen, trace_.samples, memory_.moved);
+  learn_from_walls(error, memory_.moved, memory_.measured, dt, params_.speed_scale, memory_.speed_scale);
 }
 
 bool Racer::perceive(const LaserScan& scan, const VehicleState& state) noexcept {
@@ -142,8 +168,7 @@ void Racer::build_line(std::size_t split, WallsSeen& walls, Centerline& line) no
 
 // The car was turned round: what it knows of the walls' sides is of the other direction.
 void Racer::forget_the_way() noexcept {
-  memory_.walls.left.clear();
-  memory_.walls.right.clear();
+  forget(memory_.walls);
   memory_.path.clear();
   memory_.trail.clear();
   vote_by_past(memory_.walls, memory_.path, memory_.trail, params_.segmentation, trace_.samples);
@@ -171,6 +196,13 @@ void Racer::choose_line() noexcept {
   }
 }
 
+// What the brakes work on, whether a path is found or not.
+void Racer::remember_seen() noexcept {
+  if (trace_.candidates.count == 0) return;
+  memory_.seen = trace_.walls;
+  memory_.moved = memory_.measured = 0.0;
+}
+
 bool Racer::plan(const VehicleState& state) noexcept {
   constexpr std::size_t fewest = 4;
   if (trace_.line.points.size() < fewest || trace_.line.ahead < 0.3) return false;
@@ -184,12 +216,11 @@ bool Racer::plan(const VehicleState& state) noexcept {
   trace_.nearest = nearest_on_path(trace_.path, params_.car.wheelbase, 0.0);
   if (trace_.nearest + 2 >= trace_.path.size()) return false;
   plan_velocity(state.speed, trace_.nearest, params_.velocity_profile, trace_.path);
-  blocked_ = keep_clear(state.speed);
-
   learn_width();
   trace_.width = memory_.width;
   memory_.walls = trace_.walls;
   memory_.path.assign(trace_.path.span());
+  memory_.line_end = trace_.line.end;
   memory_.without_path = 0.0;
   return true;
 }
@@ -212,43 +243,50 @@ bool Racer::learn_width() noexcept {
 }
 
 // Looks along the path for anything that the car would hit, wall or not, and plans a stop before it, also
-// where the track becomes too narrow for the car. True where the stop is just ahead.
-bool Racer::keep_clear(double speed) noexcept {
+// where the track becomes too narrow for the car. What this scan saw, or the last good one, moved.
+Racer::StopAhead Racer::keep_clear(double speed) noexcept {
   const VelocityProfileParams& p = params_.velocity_profile;
   const CarGeometry& car = params_.car;
   const double nose = car.length - car.rear_overhang - car.wheelbase;  // ahead of the front axle
   const double from = trace_.path[trace_.nearest].s;
-  double blocked_at = trace_.line.end == LineEnd::narrow ? trace_.path.back().s : 1e9;
+  double blocked_at = memory_.line_end == LineEnd::narrow ? trace_.path.back().s : 1e9;
   trace_.clearance = 1e9;
   for (std::size_t i = trace_.nearest; i < trace_.path.size() && trace_.path[i].s < blocked_at; i += 2) {
     const TrajectoryPoint& point = trace_.path[i];
-    const double d = wall_distance(trace_.walls, point.x, point.y) - 0.5 * car.width;
+    const double d = wall_distance(memory_.seen, point.x, point.y) - 0.5 * car.width;
     trace_.clearance = std::min(trace_.clearance, d);
     if (d < p.block_clearance && point.s > from + nose) blocked_at = point.s;
   }
-  full_brake_ = false;
-  if (blocked_at > 1e8) return false;
+  if (blocked_at > 1e8) return {};
   const double stop_at = blocked_at - nose - p.block_distance;
   stop_before(stop_at, p, trace_.path);
-  full_brake_ = speed * speed > -2.0 * p.a_x_min * std::max(0.0, stop_at - from) + 0.3;
-  return stop_at < from + 0.3;
+  const bool full_brake = speed * speed > -2.0 * p.a_x_min * std::max(0.0, stop_at - from) + 0.3;
+  return {stop_at < from + 0.3, full_brake};
 }
 
 StepResult Racer::follow(const VehicleState& state, double dt, Status status) noexcept {
+  const StopAhead stop = keep_clear(state.speed);
   trace_.steering = track_path(trace_.path, trace_.nearest, state, memory_.state.steering_angle, params_.stanley,
                                params_.car, trace_.lookahead);
   const double planned = command_speed(trace_.path, trace_.nearest, state.speed, params_.velocity_profile);
   double wheels = trace_.steering.steering_angle;
-  const bool brakes = !can_still_stop(state, dt, wheels) || full_brake_;
+  const bool brakes = !can_still_stop(state, dt, wheels) || stop.full_brake;
   // Full braking takes the grip that a bend needs: there, the planned braking at most.
   const bool bends = std::abs(state.speed * state.yaw_rate) > 1.2 * params_.velocity_profile.a_y_max;
   const double least = bends ? state.speed + params_.velocity_profile.delta_v_min : 0.0;
   const double speed = brakes ? std::min(planned, least) : planned;
   if (brakes) wheels = within_grip(wheels, state.speed, params_.car, params_.velocity_profile);
+  const Status said = (brakes || stop.near) && status == Status::ok ? Status::blocked : status;
+  return {commanded(state, speed, wheels, dt), said};
+}
+
+// The command, within its limits and with the scale that the car makes of it; the state is that of the last step then.
+DriveCommand Racer::commanded(const VehicleState& state, double speed, double wheels, double dt) noexcept {
   memory_.state = state;
   memory_.awake = true;
-  const Status said = brakes && status == Status::ok ? Status::blocked : status;
-  return {{std::clamp(speed, 0.0, params_.velocity_profile.v_max), limited_steering(wheels, dt)}, said};
+  trace_.command_scale = true_per_commanded(memory_.speed_scale, params_.speed_scale);
+  memory_.speed_command = std::clamp(speed / trace_.command_scale, 0.0, params_.velocity_profile.v_max);
+  return {memory_.speed_command, limited_steering(wheels, dt)};
 }
 
 // Whether the car could stop without touching anything if it began a scan later; if not, `wheels` becomes the angle
@@ -258,7 +296,7 @@ bool Racer::can_still_stop(const VehicleState& state, double dt, double& wheels)
   VelocityProfileParams params = params_.velocity_profile;
   if (memory_.braking) params.a_brake *= 0.8;
   const auto stop = [&](Wheels how, double delay) {
-    return last_stop(trace_.path, trace_.nearest, trace_.walls, state, wheels, delay, how, params_.car, params);
+    return last_stop(trace_.path, trace_.nearest, memory_.seen, state, wheels, delay, how, params_.car, params);
   };
   memory_.braking = !stop(Wheels::to_path, dt + reaction).clear;
   if (!memory_.braking) return true;
@@ -282,10 +320,16 @@ StepResult Racer::hold_or_stop(const VehicleState& state, double dt, Status why)
 }
 
 StepResult Racer::stop(const VehicleState& state, double dt, Status why) noexcept {
-  memory_.state = state;
-  memory_.awake = true;
   trace_.steering = {};
-  return {{0.0, limited_steering(memory_.steering_command, dt)}, why};
+  return {commanded(state, 0.0, memory_.steering_command, dt), why};
+}
+
+// What was measured means nothing: what is remembered goes on as it last moved.
+StepResult Racer::stop_blind(double dt) noexcept {
+  const bool timed = std::isfinite(dt) && dt >= 0.0 && dt <= longest_pause;
+  if (!timed) reset();
+  if (memory_.awake && timed) move_memory(memory_.measured_state, dt);
+  return stop(memory_.state, 0.0, Status::bad_state);
 }
 
 double Racer::limited_steering(double wanted, double dt) noexcept {

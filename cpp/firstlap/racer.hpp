@@ -4,6 +4,7 @@
 #include "firstlap/driver.hpp"
 #include "firstlap/least_curvature.hpp"
 #include "firstlap/params.hpp"
+#include "firstlap/speed_scale.hpp"
 #include "firstlap/trace.hpp"
 
 namespace firstlap {
@@ -13,7 +14,7 @@ class Racer final : public Driver {
   // Throws std::invalid_argument: field, value, allowed range.
   explicit Racer(const Params& params);
 
-  StepResult step(const LaserScan& scan, const VehicleState& state, double dt) noexcept override;
+  StepResult step(const LaserScan& scan, const VehicleState& measured, double dt) noexcept override;
   void reset() noexcept override;
 
   // Changes the parameters while driving; throws as the constructor and then keeps the old ones.
@@ -25,33 +26,50 @@ class Racer final : public Driver {
  private:
   // All that lasts from one scan to the next.
   struct Memory {
-    Memory() : walls(), path(max_path_points), trail(max_trail_) {}
-    WallsSeen walls;                // as the last scan left them
-    Buffer<TrajectoryPoint> path;   // the last one planned
-    Buffer<TrailPoint> trail;       // where the car has been
-    double width = 0.0;             // [m]
-    bool width_known = false;       // it was measured, not assumed
-    double without_path = 0.0;      // [s] since the last planned path
-    double trail_step = 0.0;        // [m] since the last trail point
-    VehicleState state{};           // the last measured
-    double steering_command = 0.0;  // [rad] the last commanded
-    bool awake = false;             // a scan has been seen
-    bool braking = false;           // fully, since nothing else would have stopped the car
+    Memory() : walls(), seen(), path(max_path_points), trail(max_trail_) {}
+    WallsSeen walls;                   // by the last planned path
+    WallsSeen seen;                    // by the last good scan, path or not
+    Buffer<TrajectoryPoint> path;      // the last one planned
+    Buffer<TrailPoint> trail;          // where the car has been
+    double width = 0.0;                // [m]
+    bool width_known = false;          // it was measured, not assumed
+    double without_path = 0.0;         // [s] since the last planned path
+    double trail_step = 0.0;           // [m] since the last trail point
+    LineEnd line_end = LineEnd::none;  // of the line that the path follows
+    double moved = 0.0;                // [m] forward since `seen`, as taken
+    double measured = 0.0;             // [m] and as measured
+    VehicleState measured_state{};     // the last measured
+    VehicleState state{};              // and what it was taken for
+    SpeedScale speed_scale{};          // how far the car's speeds are wrong
+    double speed_command = 0.0;        // [m/s] the last commanded
+    double steering_command = 0.0;     // [rad] the last commanded
+    bool awake = false;                // a scan has been seen
+    bool braking = false;              // fully, since nothing else would have stopped the car
   };
 
   static constexpr std::size_t max_trail_ = 256;
 
-  void move_memory(const VehicleState& state, double dt) noexcept;
+  // What lies on the path.
+  struct StopAhead {
+    bool near = false;        // the car has to stop just ahead
+    bool full_brake = false;  // planned braking would not stop it before
+  };
+
+  VehicleState move_memory(const VehicleState& measured, double dt) noexcept;
+  void learn_speed_scale(double dt) noexcept;
   bool perceive(const LaserScan& scan, const VehicleState& state) noexcept;
   void choose_line() noexcept;
   void forget_the_way() noexcept;
   void build_line(std::size_t split, WallsSeen& walls, Centerline& line) noexcept;
   bool plan(const VehicleState& state) noexcept;
   bool learn_width() noexcept;
-  bool keep_clear(double speed) noexcept;
+  void remember_seen() noexcept;
+  StopAhead keep_clear(double speed) noexcept;
   StepResult follow(const VehicleState& state, double dt, Status status) noexcept;
+  DriveCommand commanded(const VehicleState& state, double speed, double wheels, double dt) noexcept;
   bool can_still_stop(const VehicleState& state, double dt, double& wheels) noexcept;
   StepResult hold_or_stop(const VehicleState& state, double dt, Status why) noexcept;
+  StepResult stop_blind(double dt) noexcept;
   StepResult stop(const VehicleState& state, double dt, Status why) noexcept;
   double limited_steering(double wanted, double dt) noexcept;
 
@@ -65,8 +83,6 @@ class Racer final : public Driver {
   Spline spline_;
   Buffer<double> widths_;
   Buffer<PathKey> keys_;
-  bool full_brake_ = false;  // planned braking would not stop the car before it
-  bool blocked_ = false;     // something stands on the path just ahead
 };
 
 }  // namespace firstlap

@@ -35,6 +35,8 @@ struct Trace {
   SteeringTerms steering;         // how the angle came about
   double width = 0.0;             // [m] remembered track width
   double clearance = 0.0;         // [m] smallest distance of the path ahead to any wall
+  double speed_scale = 1.0;       // true speed per measured, as taken
+  double command_scale = 1.0;     // true speed per commanded, as taken
   StepResult result{};
 };
 

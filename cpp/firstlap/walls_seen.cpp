@@ -147,6 +147,8 @@ Nearest nearest_sample(const WallSide& side, double px, double py) noexcept {
   return nearest_of_first(side.size(), side, px, py);
 }
 
+Nearest WallSearch::nearest(double x, double y) noexcept { return nearest_of_first(count_, side_, x, y); }
+
 double WallSearch::distance(double x, double y, double enough) noexcept {
   constexpr std::size_t reach = 3;  // samples that are tried first
   for (std::size_t i = last_; i < std::min(last_ + reach, count_); ++i) {

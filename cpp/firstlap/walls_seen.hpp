@@ -49,6 +49,8 @@ class WallSearch {
  public:
   WallSearch(const WallSide& side, std::size_t count) noexcept : side_(side), count_(count) {}
 
+  Nearest nearest(double x, double y) noexcept;
+
   // To the nearest sample [m], or to one that is nearer than `enough` [m].
   double distance(double x, double y, double enough) noexcept;
 

@@ -142,6 +142,8 @@ nb::dict as_dict(const Trace& trace) {
   entry["steering"] = as_dict(trace.steering);
   entry["width"] = trace.width;
   entry["clearance"] = trace.clearance;
+  entry["speed_scale"] = trace.speed_scale;
+  entry["command_scale"] = trace.command_scale;
   entry["result"] = as_tuple(trace.result);
   return entry;
 }

@@ -250,6 +250,58 @@ TEST(RacerLaw, the_commanded_speed_changes_by_at_most_the_two_deltas) {
   }
 }
 
+// Memory ----------------------------------------------------------------------------------------------
+
+// Drives a car that does as it likes at 6 m/s towards a wall across a corridor; from step `blind` on every scan is
+// empty. The step at which the racer brakes as hard as it can.
+int braked_at(int blind) {
+  constexpr double speed = 6.0;
+  constexpr double dt = 0.025;
+  scene::Scene scene = Course{}.straight(40).walls(2.4);
+  scene.box(scene::neither, 24.0, -0.9, 0.3, 1.8);
+  Params params;
+  params.velocity_profile.v_max = 7.0;
+  params.velocity_profile.a_x_min = -2.6;
+  Racer racer{params};
+  for (int i = 0; i < 200; ++i) {
+    Scan scan = scene.scan({6.0 + speed * dt * i, 0.0, 0.0});
+    if (i >= blind) scan.ranges.assign(scan.ranges.size(), 0.0F);
+    const StepResult result = racer.step(scan.view(), {speed, 0.0, 0.0}, dt);
+    if (result.command.speed == 0.0) return i;
+  }
+  return -1;
+}
+
+TEST(RacerMemory, a_car_that_holds_on_bad_scans_brakes_where_it_would_have_braked_on_good_ones) {
+  const int seeing = braked_at(1000);
+  ASSERT_GT(seeing, 20);
+  for (int blind = 1; blind < 7; ++blind) {
+    const int holding = braked_at(seeing - blind);
+    EXPECT_LE(holding, seeing + 1) << blind << " scans blind";
+    EXPECT_GE(holding, seeing - 2) << blind << " scans blind";
+  }
+}
+
+TEST(RacerMemory, what_is_remembered_moves_on_while_the_state_is_bad) {
+  const Course course = Course{}.straight(4).turn(1.5, 1.5).straight(8);
+  const scene::Scene scene = course.walls(1.8);
+  Racer racer{Params{}};
+  double s = 1.0;
+  for (; s < 3.0; s += 0.1) racer.step(scene.scan(course.at(s)).view(), {4.0, 0.0, 0.0}, 0.025);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (int i = 0; i < 4; ++i) racer.step(scene.scan(course.at(s)).view(), {nan, 0.0, 0.0}, 0.025);
+  // Holding, on the path as it was 0.1 s ago: it has come 0.4 m and the step's own 0.1 m nearer.
+  const double before = racer.trace().line.points.empty() ? 0.0 : 1.0;
+  EXPECT_EQ(before, 0.0);
+  Scan nothing = scene.scan(course.at(s));
+  nothing.ranges.assign(nothing.ranges.size(), 0.0F);
+  EXPECT_EQ(racer.step(nothing.view(), {4.0, 0.0, 0.0}, 0.025).status, Status::holding);
+  Racer seeing{Params{}};
+  for (double t = 1.0; t < 3.0; t += 0.1) seeing.step(scene.scan(course.at(t)).view(), {4.0, 0.0, 0.0}, 0.025);
+  seeing.step(nothing.view(), {4.0, 0.0, 0.0}, 0.025);
+  EXPECT_NEAR(racer.trace().path[0].x, seeing.trace().path[0].x - 0.4, 0.02);
+}
+
 // Determinism -----------------------------------------------------------------------------------------
 
 TEST(RacerDeterminism, the_same_inputs_give_the_same_bits) {

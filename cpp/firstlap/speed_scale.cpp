@@ -1,0 +1,136 @@
+#include "firstlap/speed_scale.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "firstlap/geometry.hpp"
+
+namespace firstlap {
+namespace {
+
+constexpr double sample_sigma = 0.01;   // [m] of a wall sample across its wall
+constexpr double lateral_sigma = 0.03;  // [m] what the odometry of one scan leaves sideways
+constexpr double yaw_sigma = 0.02;      // [rad] and in yaw
+constexpr double same_wall = 0.3;       // [m] a sample this near to an earlier one is of the same wall
+constexpr double neighbor = 0.4;        // [m] samples of one wall are nearer to each other
+constexpr double straight = 0.9;        // cosine: a wall that bends more has no direction there
+constexpr double believable = 0.05;     // [m] off the wall, besides what a wrong speed explains
+constexpr std::size_t stride = 2;       // one sample in so many is looked at
+
+// The wall's direction at sample `i`, as a unit vector; zero where it has none.
+Point2 direction(const WallSide& side, std::size_t i) noexcept {
+  if (i == 0 || i + 1 >= side.seen) return {};
+  const Point2 a = side.at(i - 1);
+  const Point2 b = side.at(i);
+  const Point2 c = side.at(i + 1);
+  const double first = norm(b.x - a.x, b.y - a.y);
+  const double second = norm(c.x - b.x, c.y - b.y);
+  if (first > neighbor || second > neighbor || first <= 0.0 || second <= 0.0) return {};
+  const double along = (b.x - a.x) * (c.x - b.x) + (b.y - a.y) * (c.y - b.y);
+  if (along < straight * first * second) return {};
+  const double length = norm(c.x - a.x, c.y - a.y);
+  return {(c.x - a.x) / length, (c.y - a.y) / length};
+}
+
+// Normal equations of forward, sideways and yaw error.
+struct Fit {
+  std::array<double, 6> a{};  // upper triangle: ff, fl, fy, ll, ly, yy
+  std::array<double, 3> b{};
+
+  void add(const std::array<double, 3>& row, double residual) noexcept {
+    a[0] += row[0] * row[0];
+    a[1] += row[0] * row[1];
+    a[2] += row[0] * row[2];
+    a[3] += row[1] * row[1];
+    a[4] += row[1] * row[2];
+    a[5] += row[2] * row[2];
+    for (std::size_t k = 0; k < 3; ++k) b[k] += row[k] * residual;
+  }
+
+  // The forward error with the other two eliminated.
+  [[nodiscard]] MotionError solve() const noexcept {
+    const double ll = a[3] + square(sample_sigma / lateral_sigma);
+    const double yy = a[5] + square(sample_sigma / yaw_sigma);
+    const double determinant = ll * yy - a[4] * a[4];
+    const double l = (a[1] * yy - a[2] * a[4]) / determinant;
+    const double y = (a[2] * ll - a[1] * a[4]) / determinant;
+    const double left = a[0] - a[1] * l - a[2] * y;
+    constexpr double least = 1e-6;
+    if (!(left > least)) return {};
+    return {(b[0] - b[1] * l - b[2] * y) / left, left / square(sample_sigma)};
+  }
+
+  static double square(double value) noexcept { return value * value; }
+};
+
+// How much of `error` to correct: nothing of what may be chance, all of it from a little beyond the tolerance on.
+double correction(double error, double tolerance, const SpeedScale& scale, const SpeedScaleParams& params) noexcept {
+  constexpr double chance = 2.0;  // sigmas
+  constexpr double ramp = 0.01;
+  const double bounded = std::clamp(error, -params.scale_limit, params.scale_limit);
+  const double clear = (std::abs(bounded) - tolerance - chance * std::sqrt(scale.variance)) / ramp;
+  return bounded * std::clamp(clear, 0.0, 1.0);
+}
+
+}  // namespace
+
+MotionError forward_error(const WallsSeen& before, const Buffer<SectionSample>& now, double moved) noexcept {
+  WallSearch left(before.left, before.left.seen);
+  WallSearch right(before.right, before.right.seen);
+  Fit fit;
+  for (std::size_t k = 0; k < now.size(); k += stride) {
+    const SectionSample& sample = now[k];
+    if (sample.vote == 0) continue;
+    const WallSide& side = sample.vote > 0 ? before.left : before.right;
+    const Nearest nearest = (sample.vote > 0 ? left : right).nearest(sample.x, sample.y);
+    if (nearest.distance > same_wall) continue;
+    const Point2 t = direction(side, nearest.index);
+    const Point2 wall = side.at(nearest.index);
+    const double nx = -t.y;
+    const double ny = t.x;
+    const double off = nx * (sample.x - wall.x) + ny * (sample.y - wall.y);
+    if (std::abs(off) > believable + 0.25 * std::abs(moved * nx)) continue;
+    fit.add({-nx, -ny, nx * sample.y - ny * sample.x}, off);
+  }
+  return fit.solve();
+}
+
+void learn_from_walls(const MotionError& error, double moved, double measured, double dt,
+                      const SpeedScaleParams& params, SpeedScale& scale) noexcept {
+  constexpr double least = 0.01;  // [m] of motion that tells a scale
+  constexpr double most_variance = 0.01;
+  scale.variance = std::min(scale.variance + params.scale_drift * params.scale_drift * dt, most_variance);
+  if (params.scale_limit <= 0.0 || error.information <= 0.0 || std::abs(measured) < least) return;
+  const double seen = (moved + error.forward) / measured;
+  const double variance = params.scale_sigma * params.scale_sigma + 1.0 / (error.information * measured * measured);
+  const double gain = scale.variance / (scale.variance + variance);
+  scale.ratio += gain * (seen - scale.ratio);
+  scale.variance *= 1.0 - gain;
+  scale.ratio = std::clamp(scale.ratio, 1.0 - params.scale_limit, 1.0 + params.scale_limit);
+}
+
+void learn_from_command(double command, double measured, double dt, const SpeedScaleParams& params,
+                        SpeedScale& scale) noexcept {
+  scale.expected += (command - scale.expected) * (1.0 - std::exp(-dt / params.response_time));
+  if (params.scale_limit <= 0.0) return;
+  // A car that is held back, braked or pushed tells nothing.
+  const double credible = params.scale_limit * scale.expected;
+  constexpr double slack = 0.2;  // [m/s]
+  if (std::abs(measured - scale.expected) > credible + slack) return;
+  const double kept = std::exp(-dt / params.scale_time);
+  scale.commanded_square = kept * scale.commanded_square + dt * scale.expected * scale.expected;
+  scale.commanded_driven = kept * scale.commanded_driven + dt * scale.expected * measured;
+}
+
+double true_per_measured(const SpeedScale& scale, const SpeedScaleParams& params) noexcept {
+  return 1.0 + correction(scale.ratio - 1.0, params.scale_tolerance, scale, params);
+}
+
+double true_per_commanded(const SpeedScale& scale, const SpeedScaleParams& params) noexcept {
+  const double driven = scale.commanded_driven / std::max(scale.commanded_square, 1e-6);
+  const double error = scale.ratio * driven - 1.0;
+  return 1.0 + std::max(0.0, correction(error, params.command_tolerance, scale, params));
+}
+
+}  // namespace firstlap
