@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -32,9 +33,11 @@ LIMIT = 0.02
 """[s] of CPU time of the thread, however busy the machine is: less than the period of a scan of 40 Hz. One import of a
 part of numpy took 0.046 s."""
 STEPS = 400
+PERIOD = 0.025
+MAX_AGE = 5.0
 PARAMETERS = {
     "laser_from_tf": False,
-    "max_age": 0.0,
+    "max_age": MAX_AGE,
     "scan_timeout": 1.0,
     "odom_timeout": 1.0,
     "pause_limit": 1.0,
@@ -63,6 +66,8 @@ class Bench:
             self.watcher.create_subscription(UInt8MultiArray, "/firstlap_drive/trace", lambda _: None, NEWEST),
         ]
         self.scans, self.states, self.header = lap_of_scans(setup, "arena")
+        self.pose = (0.0, 0.0, 0.0)
+        self.began = 0.0
         self.times: dict[Any, list[float]] = {}
 
     def call(self, callback: Callable[..., Any], *arguments: Any) -> Any:
@@ -78,9 +83,13 @@ class Bench:
 
     def sense(self, i: int) -> None:
         """What the sensors say at step i, and what the timers do meanwhile."""
-        node, stamp = self.node, 1000.0 + 0.025 * i
+        node, stamp = self.node, self.began + PERIOD * i
         speed, yaw_rate = self.states[i % len(self.states)]
-        odometry: Odometry = make.odometry(stamp, "odom", "base_link", (0.0, 0.0, 0.0), (speed, 0.0, yaw_rate))
+        x, y, yaw = self.pose
+        middle = yaw + 0.5 * yaw_rate * PERIOD
+        step = speed * PERIOD
+        self.pose = (x + step * math.cos(middle), y + step * math.sin(middle), yaw + yaw_rate * PERIOD)
+        odometry: Odometry = make.odometry(stamp, "odom", "base_link", self.pose, (speed, 0.0, yaw_rate))
         imu: Imu = make.imu(stamp, "base_link", yaw_rate, {"forward_acceleration": 0.0, "lateral_acceleration": 0.0})
         joints: JointState = make.joints(stamp, 0.0)
         place = make.transform(stamp, "odom", "base_link", (0.1 * i, 0.0, 0.0))
@@ -89,7 +98,7 @@ class Bench:
         self.call(node.on_imu, imu)
         self.call(node.on_steering, joints)
         self.call(node.frames.hear, TFMessage(transforms=[place]))
-        self.call(node.on_scan, make.scan(stamp, "laser", self.scans[i % len(self.scans)], self.header, 0.025))
+        self.call(node.on_scan, make.scan(stamp, "laser", self.scans[i % len(self.scans)], self.header, PERIOD))
         self.call(node.on_check)
         if i % 20 == 0:
             self.call(node.on_heartbeat)
@@ -131,6 +140,7 @@ def test_no_callback_takes_long_and_none_imports_anything(bench: Bench, monkeypa
             time.sleep(0.02)
     spare_the_collector()
     before = set(sys.modules)
+    bench.began = node.now() - 0.9 * MAX_AGE  # it runs faster than time
     bench.call(node.on_deadman, Joy(buttons=[0, 0]))
     for i in range(20):
         bench.sense(i)
