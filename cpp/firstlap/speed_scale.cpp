@@ -130,7 +130,11 @@ double true_per_measured(const SpeedScale& scale, const SpeedScaleParams& params
 double true_per_commanded(const SpeedScale& scale, const SpeedScaleParams& params) noexcept {
   const double driven = scale.commanded_driven / std::max(scale.commanded_square, 1e-6);
   const double error = scale.ratio * driven - 1.0;
-  return 1.0 + std::max(0.0, correction(error, params.command_tolerance, scale, params));
+  // Where the walls already say that the car is faster than it reads, its commands are no longer given the benefit of
+  // the doubt.
+  const bool fast = true_per_measured(scale, params) > 1.0;
+  const double tolerance = fast ? 0.0 : params.command_tolerance;
+  return 1.0 + std::max(0.0, correction(error, tolerance, scale, params));
 }
 
 }  // namespace firstlap
