@@ -66,7 +66,7 @@ WHY = """## Where it breaks, and why
 - **Lost beams, sectors, noise, scan rate** cost a hundredth of the lap in the median of the tracks: break and merge
   thresholds follow the spacing of the beams that are left, and walls out of sight are remembered for 0.8 s. At 10 Hz
   the car drives half a metre between scans; what it plans on are walls that do not move.
-- **Wrong speeds** cost nothing up to 20 %, either way: the walls tell how fast they go by (`speed_scale`), and what the
+- **Wrong speeds** of up to 20 %, either way, bring no contact, though a car that is slower than told stays slow: the walls tell how fast they go by (`speed_scale`), and what the
   car makes of its commands tells whether those are wrong as well. A clear error is corrected within a second; what may
   be chance, up to about 3 %, is left alone, so that a car whose speed is right drives the same bits as without.
   Straight walls without an end in sight tell nothing; there the last estimate stands.
@@ -138,17 +138,17 @@ def survey_row(found: dict[str, Any]) -> str:
     conditions = ", ".join(f"`{name}={value:g}`" for name, value in found["options"].items()) or "none"
     others = sorted(set(ended) - {"contact"})
     rest = ", ".join(f"{ended.count(outcome)} {outcome.replace('_', ' ')}" for outcome in others) or "0"
-    return f"| {conditions} | `{found['setup']}` | {found['runs']} | {ended.count('contact')} | {rest} |"
+    first, last = (found["tracks"][i]["track"].removeprefix("random:") for i in (0, -1))
+    tracks = f"random:{first}-{last}, {found['seeds']}"
+    return f"| {conditions} | `{found['setup']}` | {tracks} | {found['runs']} | {ended.count('contact')} | {rest} |"
 
 
 def surveys(found: list[dict[str, Any]]) -> str:
     """Many races on tracks that no parameter was chosen on, under wrong speeds."""
-    first, last = (found[0]["tracks"][i]["track"].removeprefix("random:") for i in (0, -1))
     both = " --both" if found[0]["both"] else ""
-    runs = f"--laps {found[0]['laps']} --seeds {found[0]['seeds']}{both}"
     text = "## Wrong speeds on random tracks\n\n```sh\n"
-    text += f"firstlap survey random:{first}-{last} {runs} --setup SETUP --option CONDITION\n```\n\n"
-    text += "| condition | setup | races | contacts | other |\n|---|---|---|---|---|\n"
+    text += f"firstlap survey TRACKS --laps {found[0]['laps']} --seeds SEEDS{both} --setup SETUP --option CONDITION\n```\n\n"
+    text += "| condition | setup | tracks, seeds | races | contacts | other |\n|---|---|---|---|---|---|\n"
     return text + "\n".join(survey_row(one) for one in found) + "\n\n"
 
 

@@ -28,7 +28,7 @@ def plot_robustness(found: dict[str, Any], path: str | Path) -> None:
     details = f"car {found['car']}, {found['laps']} laps, seeds 1 to {found['seeds']}"
     details += f"{', both directions' if found['both'] else ''}: {names}"
     figure.text(0.3 / width, 1.0 - 0.68 / height, details, fontsize=10, color=INK, va="center", parse_math=False)
-    for i, sweep in enumerate(sweeps):
+    for i, sweep in enumerate(map(_in_order, sweeps)):
         left = (4.1 * (i % columns) + 0.75) / width
         bottom = 1.0 - (0.95 + 4.3 * (i // columns + 1) - 0.7) / height
         upper = figure.add_axes((left, bottom + 1.15 / height, 3.2 / width, 2.2 / height))
@@ -41,6 +41,19 @@ def plot_robustness(found: dict[str, Any], path: str | Path) -> None:
         unit = f" [{sweep['unit']}]" if sweep["unit"] else ""
         lower.set_xlabel(sweep["title"] + unit, fontsize=9, color=INK)
     save(figure, path)
+
+
+def _in_order(sweep: dict[str, Any]) -> dict[str, Any]:
+    """The sweep with its values along the axis: one that begins in the middle is sorted."""
+    values = [point["value"] for point in sweep["points"]]
+    if values in (sorted(values), sorted(values, reverse=True)):
+        return sweep
+    tracks = {name: sorted(points, key=_value) for name, points in sweep["tracks"].items()}
+    return {**sweep, "points": sorted(sweep["points"], key=_value), "tracks": tracks}
+
+
+def _value(point: dict[str, Any]) -> float:
+    return float(point["value"])
 
 
 def _prepare(axes: Axes, sweep: dict[str, Any]) -> list[float]:
