@@ -66,10 +66,11 @@ WHY = """## Where it breaks, and why
 - **Lost beams, sectors, noise, scan rate** cost a hundredth of the lap in the median of the tracks: break and merge
   thresholds follow the spacing of the beams that are left, and walls out of sight are remembered for 0.8 s. At 10 Hz
   the car drives half a metre between scans; what it plans on are walls that do not move.
-- **Wrong speeds** of up to 20 %, either way, bring no contact, though a car that is slower than told stays slow: the walls tell how fast they go by (`speed_scale`), and what the
-  car makes of its commands tells whether those are wrong as well. A clear error is corrected within a second; what may
-  be chance, up to about 3 %, is left alone, so that a car whose speed is right drives the same bits as without.
-  Straight walls without an end in sight tell nothing; there the last estimate stands.
+- **Wrong speeds** of up to 20 %, either way, bring no contact, though a car that is slower than told stays slow: the
+  walls tell how fast they go by (`speed_scale`), and what the car makes of its commands tells whether those are wrong
+  as well. A clear error is corrected within a second; what may be chance, up to about 3 %, is left alone, so that a car
+  whose speed is right drives the same bits as without. Straight walls without an end in sight tell nothing; there the
+  last estimate stands.
 - **The obstacle**: before each command the car checks that it could still stop if it did what the command says until
   the next scan and braked fully from then on, with its body, the servo's lag, the lock and the grip (`last_stop`); if
   not, it brakes fully now. That is why it does not hit. It stops rather than passes where less than the car's width
@@ -147,7 +148,8 @@ def surveys(found: list[dict[str, Any]]) -> str:
     """Many races on tracks that no parameter was chosen on, under wrong speeds."""
     both = " --both" if found[0]["both"] else ""
     text = "## Wrong speeds on random tracks\n\n```sh\n"
-    text += f"firstlap survey TRACKS --laps {found[0]['laps']} --seeds SEEDS{both} --setup SETUP --option CONDITION\n```\n\n"
+    text += f"firstlap survey TRACKS --laps {found[0]['laps']} --seeds SEEDS{both} --setup SETUP --option CONDITION\n"
+    text += "```\n\n"
     text += "| condition | setup | tracks, seeds | races | contacts | other |\n|---|---|---|---|---|---|\n"
     return text + "\n".join(survey_row(one) for one in found) + "\n\n"
 
