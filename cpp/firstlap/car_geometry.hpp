@@ -13,6 +13,7 @@ struct CarGeometry {
   double length = 0.58;
   double rear_overhang = 0.125;
   double laser_x = 0.27;
+  double laser_y = 0.0;
   double steering_limit = 0.4189;
   double steering_rate = 3.2;
 
@@ -24,6 +25,7 @@ struct CarGeometry {
         Field{"length", &C::length, "m", 0.2, 2.0, "bumper to bumper"},
         Field{"rear_overhang", &C::rear_overhang, "m", 0.0, 0.5, "rear axle to rear bumper"},
         Field{"laser_x", &C::laser_x, "m", -0.5, 1.0, "laser ahead of the rear axle"},
+        Field{"laser_y", &C::laser_y, "m", -0.5, 0.5, "laser left of the middle of the car"},
         Field{"steering_limit", &C::steering_limit, "rad", 0.1, 1.0, "largest wheel angle, either side"},
         Field{"steering_rate", &C::steering_rate, "rad/s", 0.5, 20.0, "fastest change of the wheel angle"},
     };

@@ -8,6 +8,7 @@
 #include "firstlap/last_stop.hpp"
 #include "firstlap/passing.hpp"
 #include "firstlap/plausible.hpp"
+#include "firstlap/scan_check.hpp"
 #include "firstlap/velocity_profile.hpp"
 #include "firstlap/wall_memory.hpp"
 
@@ -66,6 +67,7 @@ void Racer::reset() noexcept {
   memory_.line_end = LineEnd::none;
   memory_.without_path = longest_pause;
   memory_.trail_step = 0.0;
+  memory_.period = 0.0;
   memory_.moved = memory_.measured = 0.0;
   memory_.state = memory_.measured_state = {};
   memory_.speed_scale = {};
@@ -80,6 +82,7 @@ StepResult Racer::step(const LaserScan& scan, const VehicleState& measured, doub
   if (!plausible(measured, dt)) return trace_.result = stop_blind(dt);
   if (!memory_.awake || dt > longest_pause) reset();
   const VehicleState state = move_memory(measured, dt);
+  learn_period(dt);
   if (!perceive(scan, state)) return trace_.result = hold_or_stop(state, dt, Status::bad_scan);
   learn_speed_scale(dt);
   choose_line();
@@ -144,13 +147,20 @@ void Racer::learn_speed_scale(double dt) noexcept {
   learn_from_walls(error, memory_.moved, memory_.measured, dt, params_.speed_scale, memory_.speed_scale);
 }
 
+// Slowly, so that a scan that came early or was lost does not matter.
+void Racer::learn_period(double dt) noexcept {
+  if (dt <= 0.0 || dt > longest_pause) return;
+  const double gain = memory_.period > 0.0 ? scan_limits::period_gain : 1.0;
+  memory_.period += gain * (dt - memory_.period);
+}
+
 bool Racer::perceive(const LaserScan& scan, const VehicleState& state) noexcept {
   trace_.points.clear();
   trace_.sections.clear();
   trace_.samples.clear();
-  if (!table_.prepare(scan)) return false;
-  scan_to_points(scan, table_, state, params_.scan, params_.car, trace_.points);
-  if (trace_.points.size() < 4) return false;
+  if (!judge(scan).usable() || !table_.prepare(scan)) return false;
+  scan_to_points(with_usable_time(scan, memory_.period), table_, state, params_.scan, params_.car, trace_.points);
+  if (trace_.points.size() < scan_limits::fewest_returns) return false;
   segment(trace_.points, table_.angle_step(), memory_.width, params_.segmentation, trace_.sections);
   sample_sections(trace_.points, trace_.sections, params_.car, params_.centerline.spacing, trace_.samples);
   vote_by_past(memory_.walls, memory_.path, memory_.trail, params_.segmentation, trace_.samples);

@@ -99,10 +99,12 @@ Sight sight_past(const ScanPoint& end, const ScanPoint& beyond, const CarGeometr
   constexpr double apart = 0.988;  // cosine of the angle beyond which the next beam tells nothing of this end
   if (beyond.range < end.range + on) return {};
   const double ex = end.x - car.laser_x;
+  const double ey = end.y - car.laser_y;
   const double bx = beyond.x - car.laser_x;
-  const double length = norm(bx, beyond.y);
-  if (ex * bx + end.y * beyond.y < apart * length * norm(ex, end.y)) return {};
-  return {static_cast<float>(bx / length), static_cast<float>(beyond.y / length), static_cast<float>(shadow), false};
+  const double by = beyond.y - car.laser_y;
+  const double length = norm(bx, by);
+  if (ex * bx + ey * by < apart * length * norm(ex, ey)) return {};
+  return {static_cast<float>(bx / length), static_cast<float>(by / length), static_cast<float>(shadow), false};
 }
 
 }  // namespace

@@ -55,7 +55,7 @@ void recall_side(const WallSide& before, const BeamTable& table, const Buffer<fl
     const Point2 p = before.at(i);
     if (static_cast<double>(before.age[i]) > memory_time || p.x < -reach) continue;
     if (seen.distance(p.x, p.y, same) < same) continue;
-    if (!is_hidden(p.x - car.laser_x, p.y, table, ranges)) continue;
+    if (!is_hidden(p.x - car.laser_x, p.y - car.laser_y, table, ranges)) continue;
     if (side.size() > run && norm(p.x - side.at(side.size() - 1).x, p.y - side.at(side.size() - 1).y) > one_run) {
       close_run();
       run = side.size();

@@ -1,6 +1,7 @@
 // Mapping and localisation: clouds, matching, occupancy grids, the localiser.
 #include <cstdint>
 #include <nanobind/ndarray.h>
+#include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
 #include <optional>
 #include <stdexcept>
@@ -16,6 +17,7 @@
 #include "firstlap/maps/params.hpp"
 #include "firstlap/maps/scan_matcher.hpp"
 #include "firstlap/maps/scan_motion.hpp"
+#include "firstlap/scan_check.hpp"
 #include "firstlap/sim/car.hpp"
 #include "rooms.hpp"
 #include "tables.hpp"
@@ -50,11 +52,11 @@ Pose2 to_pose(const nb::tuple& pose) {
 }
 
 nb::tuple make_cloud(maps::CloudMaker& maker, const Ranges& ranges, double speed, double yaw_rate, double angle_min,
-                     double angle_increment, double time_increment, double range_min, double range_max) {
+                     double angle_increment, double time_increment, double range_min, double range_max, double period) {
   const LaserScan scan{angle_min, angle_increment, time_increment,
                        range_min, range_max,       {ranges.data(), ranges.shape(0)}};
-  if (!maker.make(scan, {speed, yaw_rate, 0.0})) {
-    throw std::invalid_argument("a scan whose header makes no sense");
+  if (!maker.make(scan, {speed, yaw_rate, 0.0}, period)) {
+    throw std::invalid_argument(explain_fault(scan, {}, judge(scan)));
   }
   std::vector<double> cloud, points;
   for (const CloudPoint& p : maker.cloud()) cloud.insert(cloud.end(), {p.x, p.y, p.nx, p.ny});
@@ -103,7 +105,8 @@ nb::tuple search_field(const maps::LikelihoodField& field, const Rows& rows, con
   return nb::make_tuple(as_tuple(found.pose), found.fit);
 }
 
-void draw(maps::OccupancyGrid& grid, const nb::tuple& pose, double laser_x, const Rows& points) {
+void draw(maps::OccupancyGrid& grid, const nb::tuple& pose, const std::pair<double, double>& laser,
+          const Rows& points) {
   if (points.shape(1) != 3) throw std::invalid_argument("points must be (N, 3): x, y, range");
   std::vector<ScanPoint> items;
   items.reserve(points.shape(0));
@@ -113,7 +116,7 @@ void draw(maps::OccupancyGrid& grid, const nb::tuple& pose, double laser_x, cons
   }
   const Pose2 at = to_pose(pose);
   const nb::gil_scoped_release release;
-  grid.add(at, laser_x, items);
+  grid.add(at, {laser.first, laser.second}, items);
 }
 
 Numpy<std::uint8_t, 2> cells_of(const maps::OccupancyGrid& grid) {
@@ -155,7 +158,7 @@ void bind_mapping(nb::module_& m) {
           nb::arg("params"), nb::arg("car"))
       .def("make", &make_cloud, nb::arg("ranges").noconvert(), nb::arg("speed"), nb::arg("yaw_rate"),
            nb::arg("angle_min"), nb::arg("angle_increment"), nb::arg("time_increment"), nb::arg("range_min"),
-           nb::arg("range_max"),
+           nb::arg("range_max"), nb::arg("period") = 0.0,
            "cloud (N, 4) x, y, nx, ny and all points (P, 3) x, y, range. Raises ValueError for a bad header.");
   nb::class_<maps::ReferenceCloud>(m, "ReferenceCloud", "Wall points with normals, found by place.")
       .def(
@@ -187,8 +190,8 @@ void bind_mapping(nb::module_& m) {
             new (self) maps::OccupancyGrid(x, y, columns, rows, params.grid);
           },
           nb::arg("x"), nb::arg("y"), nb::arg("columns"), nb::arg("rows"), nb::arg("params"))
-      .def("add", &draw, nb::arg("pose"), nb::arg("laser_x"), nb::arg("points"),
-           "Draws points (N, 3) x, y, range of base_link seen from its pose.")
+      .def("add", &draw, nb::arg("pose"), nb::arg("laser"), nb::arg("points"),
+           "Draws points (N, 3) x, y, range of base_link seen from its pose; laser: x, y of the laser there.")
       .def("cells", &cells_of, "(rows, columns) 0 free, 1 occupied, 2 unknown.");
 }
 

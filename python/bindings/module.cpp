@@ -4,6 +4,7 @@
 NB_MODULE(_core, m) {
   m.doc() = "The C++ core of firstlap.";
   m.attr("__version__") = FIRSTLAP_VERSION;
+  firstlap::bindings::bind_scan(m);
   firstlap::bindings::bind_core(m);
   firstlap::bindings::bind_drivers(m);
   firstlap::bindings::bind_sim(m);

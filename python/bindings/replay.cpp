@@ -82,7 +82,9 @@ class LoggedDriver final : public Driver {
     const std::chrono::duration<double, std::micro> spent = Clock::now() - begin;
     log_.add(result, trace_of(driver_), spent.count());
     ranges_.insert(ranges_.end(), scan.ranges.begin(), scan.ranges.end());
-    beams_ = scan.ranges.size();
+    sizes_.push_back(static_cast<std::int64_t>(scan.ranges.size()));
+    headers_.insert(headers_.end(),
+                    {scan.angle_min, scan.angle_increment, scan.time_increment, scan.range_min, scan.range_max});
     put_state(state, measured_);
     dts_.push_back(dt);
     return result;
@@ -91,10 +93,14 @@ class LoggedDriver final : public Driver {
 
   nb::dict take() {
     nb::dict columns = log_.take();
-    columns["ranges"] = to_numpy(std::move(ranges_), beams_);
+    columns["ranges"] = to_numpy(std::move(ranges_));
+    columns["sizes"] = to_numpy(std::move(sizes_));
+    columns["headers"] = to_numpy(std::move(headers_), header_columns);
     columns["measured"] = to_numpy(std::move(measured_), state_columns);
     columns["dt"] = to_numpy(std::move(dts_));
     ranges_ = {};
+    sizes_ = {};
+    headers_ = {};
     measured_ = {};
     dts_ = {};
     return columns;
@@ -104,8 +110,8 @@ class LoggedDriver final : public Driver {
   Driver& driver_;
   StepLog log_;
   std::vector<float> ranges_;
-  std::vector<double> measured_, dts_;
-  std::size_t beams_ = 1;
+  std::vector<std::int64_t> sizes_;
+  std::vector<double> headers_, measured_, dts_;
 };
 
 // The true pose and state at each scan of a race, from scan `first` on.
@@ -134,7 +140,8 @@ void bind_replay(nb::module_& m) {
       .def(nb::init<Driver&>(), nb::arg("driver"), nb::keep_alive<1, 2>())
       .def(
           "take", &LoggedDriver::take,
-          "Columns of the steps since the last call, as of `replay`, and ranges (N, beams), measured (N, 3), dt (N,).");
+          "Columns of the steps since the last call, as of `replay`, and what it was given: ranges, one scan after the "
+          "other, sizes (N,), headers (N, 5), measured (N, 3), dt (N,).");
   m.def("truth", &truth, nb::arg("race"), nb::arg("first"),
         "pose (N, 3) x, y, yaw and motion (N, 2) speed, yaw rate at each scan of a race from scan `first` on.");
 }

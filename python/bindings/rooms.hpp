@@ -6,6 +6,7 @@
 namespace firstlap::bindings {
 
 void bind_core(nanobind::module_& m);
+void bind_scan(nanobind::module_& m);
 void bind_drivers(nanobind::module_& m);
 void bind_sim(nanobind::module_& m);
 void bind_maps(nanobind::module_& m);

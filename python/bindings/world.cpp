@@ -72,9 +72,15 @@ nb::tuple measured(const World& world, std::size_t car) {
   return nb::make_tuple(state.speed, state.yaw_rate, state.steering_angle);
 }
 
-nb::tuple header(const World& world) {
-  const LaserScan scan = world.scan(0);
+nb::tuple header(const World& world, std::size_t car) {
+  const LaserScan scan = world.scan(checked(world, car));
   return nb::make_tuple(scan.angle_min, scan.angle_increment, scan.time_increment, scan.range_min, scan.range_max);
+}
+
+nb::tuple own_angles(const World& world, std::size_t car) {
+  sim::LidarParams params = world.car().lidar;
+  params.beams = static_cast<int>(world.scan(checked(world, car)).ranges.size());
+  return nb::make_tuple(params.own_angle_min(), params.own_angle_increment());
 }
 
 Numpy<float, 1> ranges(const World& world, std::size_t car) {
@@ -148,7 +154,11 @@ void bind_world(nb::module_& m) {
       .def(
           "lap_clearance", [](const World& world, std::size_t car) { return world.lap_clearance(checked(world, car)); },
           nb::arg("car"), "Smallest distance to a wall [m] in the lap so far, inf at its start.")
-      .def_prop_ro("header", &header, "angle_min, angle_increment, time_increment, range_min, range_max of a scan.")
+      .def("header", &header, nb::arg("car") = 0,
+           "angle_min, angle_increment, time_increment, range_min, range_max of the last scan, as the drivers take it: "
+           "with the laser's mounting turned in.")
+      .def("own_angles", &own_angles, nb::arg("car") = 0,
+           "angle_min, angle_increment of the last scan in the laser's own frame, as its driver reports them.")
       .def_prop_ro("time", &World::time, "[s]")
       .def_prop_ro("period", &World::period, "[s] between scans.")
       .def("__len__", &World::size);

@@ -6,6 +6,16 @@ import numpy
 from numpy.typing import NDArray
 
 
+def judge_scan(ranges: Annotated[NDArray[numpy.float32], dict(shape=(None,), order='C', device='cpu', writable=False)], angle_min: float, angle_increment: float, time_increment: float, range_min: float, range_max: float, period: float, angle_max: float) -> tuple:
+    """
+    Fault by name ('none'), reason ('' where the scan may be used) and remarks. period: [s] between scans, 0 not known; angle_max: [rad] as its message states it, NaN not known.
+    """
+
+def scan_returns(ranges: Annotated[NDArray[numpy.float32], dict(shape=(None,), order='C', device='cpu', writable=False)], range_min: float, range_max: float) -> Annotated[NDArray[numpy.uint8], dict(shape=(None,))]:
+    """
+    (N,) 1 where a range is a return, 0 for no return however it is spelled.
+    """
+
 class Params:
     """Every parameter of the method, in sections."""
 
@@ -381,7 +391,7 @@ class CloudMaker:
 
     def __init__(self, params: MapParams, car: Car) -> None: ...
 
-    def make(self, ranges: Annotated[NDArray[numpy.float32], dict(shape=(None,), order='C', device='cpu', writable=False)], speed: float, yaw_rate: float, angle_min: float, angle_increment: float, time_increment: float, range_min: float, range_max: float) -> tuple:
+    def make(self, ranges: Annotated[NDArray[numpy.float32], dict(shape=(None,), order='C', device='cpu', writable=False)], speed: float, yaw_rate: float, angle_min: float, angle_increment: float, time_increment: float, range_min: float, range_max: float, period: float = 0.0) -> tuple:
         """
         cloud (N, 4) x, y, nx, ny and all points (P, 3) x, y, range. Raises ValueError for a bad header.
         """
@@ -416,8 +426,10 @@ class OccupancyGrid:
 
     def __init__(self, x: float, y: float, columns: int, rows: int, params: MapParams) -> None: ...
 
-    def add(self, pose: tuple, laser_x: float, points: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]) -> None:
-        """Draws points (N, 3) x, y, range of base_link seen from its pose."""
+    def add(self, pose: tuple, laser: tuple[float, float], points: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]) -> None:
+        """
+        Draws points (N, 3) x, y, range of base_link seen from its pose; laser: x, y of the laser there.
+        """
 
     def cells(self) -> Annotated[NDArray[numpy.uint8], dict(shape=(None, None))]:
         """(rows, columns) 0 free, 1 occupied, 2 unknown."""
@@ -512,7 +524,7 @@ class LoggedDriver(Driver):
 
     def take(self) -> dict:
         """
-        Columns of the steps since the last call, as of `replay`, and ranges (N, beams), measured (N, 3), dt (N,).
+        Columns of the steps since the last call, as of `replay`, and what it was given: ranges, one scan after the other, sizes (N,), headers (N, 5), measured (N, 3), dt (N,).
         """
 
 def truth(race: Race, first: int) -> dict:
@@ -608,10 +620,14 @@ class World:
     def lap_clearance(self, car: int) -> float:
         """Smallest distance to a wall [m] in the lap so far, inf at its start."""
 
-    @property
-    def header(self) -> tuple:
+    def header(self, car: int = 0) -> tuple:
         """
-        angle_min, angle_increment, time_increment, range_min, range_max of a scan.
+        angle_min, angle_increment, time_increment, range_min, range_max of the last scan, as the drivers take it: with the laser's mounting turned in.
+        """
+
+    def own_angles(self, car: int = 0) -> tuple:
+        """
+        angle_min, angle_increment of the last scan in the laser's own frame, as its driver reports them.
         """
 
     @property

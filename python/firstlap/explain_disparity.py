@@ -24,6 +24,7 @@ from firstlap.explain_scene import (
     stroke,
 )
 from firstlap.plot import BAD, INK
+from firstlap.scan import laser_of
 from firstlap.text import signed
 
 
@@ -47,7 +48,7 @@ def draw_disparity(moment: Moment) -> Figure:
 def _draw_scene(axes: Axes, moment: Moment, angles: Points) -> None:
     trace = moment.trace
     inside = np.abs(angles) <= moment.params["disparity"]["view_angle"]
-    laser = (moment.car["laser_x"], 0.0)
+    laser = laser_of(moment.car)
     before = rays(moment, angles[inside], trace["ranges"][inside])
     after = rays(moment, angles[inside], trace["extended"][inside])
     axes.fill(*np.vstack([laser, before]).T, color=BAD, alpha=0.10, linewidth=0, zorder=2)

@@ -26,6 +26,7 @@ from firstlap.explain_scene import (
     stroke,
 )
 from firstlap.plot import BAD, INK
+from firstlap.scan import laser_of
 from firstlap.text import signed
 
 
@@ -46,7 +47,7 @@ def draw_gap(moment: Moment) -> Figure:
 
 def _draw_scene(axes: Axes, moment: Moment, angles: Points) -> None:
     trace = moment.trace
-    laser = (moment.car["laser_x"], 0.0)
+    laser = laser_of(moment.car)
     ends = rays(moment, angles, trace["free"])
     axes.fill(*np.vstack([laser, ends]).T, color=FREE, alpha=0.10, linewidth=0, zorder=2)
     first, last = trace["run"]

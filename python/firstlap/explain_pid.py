@@ -12,6 +12,7 @@ from firstlap.explain import Moment
 from firstlap.explain_plot import PATH
 from firstlap.explain_scene import draw_arc, legend, opponents_figure, rays, stroke
 from firstlap.plot import BAD, INK, LEFT, RIGHT
+from firstlap.scan import laser_of
 from firstlap.text import signed
 
 TERMS = (("p_term", "k_p e"), ("i_term", "∫ k_i e"), ("d_term", "k_d de/dt"))
@@ -31,7 +32,7 @@ def draw_pid(moment: Moment) -> Figure:
 
 def _draw_scene(axes: Axes, moment: Moment) -> None:
     trace, params = moment.trace, moment.params["center"]
-    laser = np.array([moment.car["laser_x"], 0.0])
+    laser = np.array(laser_of(moment.car))
     ahead = laser + np.array([trace["preview"], 0.0])
     for name, sign, colour in (("left", 1.0, LEFT), ("right", -1.0, RIGHT)):
         wall = trace[name]

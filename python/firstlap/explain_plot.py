@@ -21,6 +21,7 @@ from firstlap.colours import PATH as PATH
 from firstlap.drivers.registry import driver_kind
 from firstlap.explain import Moment
 from firstlap.plot import BAD, FAINT, INK, LEFT, PAPER, RIGHT, coloured_line, new_figure, save, write
+from firstlap.scan import laser_of
 from firstlap.text import signed
 
 SCENE = (0.03, 0.075, 0.63, 0.835)
@@ -196,7 +197,7 @@ def draw_car(axes: Axes, car: Mapping[str, float], measured: float, commanded: f
     for x, angle in ((0.0, 0.0), (wheelbase, measured)):
         for side in (-1.0, 1.0):
             axes.add_patch(_wheel(x, side * (width / 2 - 0.03), angle))
-    axes.plot(car["laser_x"], 0.0, "o", markersize=3.5, color=INK, zorder=9)
+    axes.plot(*laser_of(car), "o", markersize=3.5, color=INK, zorder=9)
     tip = (wheelbase + 0.75 * math.cos(commanded), 0.75 * math.sin(commanded))
     axes.annotate("", xy=tip, xytext=(wheelbase, 0.0),
                   arrowprops={"arrowstyle": "-|>", "color": INK, "linewidth": 1.4}, zorder=9)  # fmt: skip

@@ -17,6 +17,7 @@ from firstlap.colours import RETURN as RETURN
 from firstlap.explain import Moment
 from firstlap.explain_plot import PATH, SCENE, SIZE, draw_car, legend_below, write_head
 from firstlap.plot import FAINT, INK, new_figure
+from firstlap.scan import laser_of, ray_ends
 
 Points = npt.NDArray[np.float64]
 REACH = (-2.5, 11.0, -6.5, 6.5)
@@ -29,8 +30,7 @@ def beam_angles(trace: Any) -> Points:
 
 def rays(moment: Moment, angles: Points, ranges: Points) -> Points:
     """(N, 2) ends of rays from the laser, in base_link [m]."""
-    x = moment.car["laser_x"] + ranges * np.cos(angles)
-    return np.column_stack([x, ranges * np.sin(angles)])
+    return ray_ends(laser_of(moment.car), angles, ranges)
 
 
 def opponents_figure(moment: Moment, facts: str) -> tuple[Figure, Axes, Axes]:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from firstlap import _core
+from firstlap.data_folder import data_folder
 from firstlap.drivers.registry import DRIVERS, Params, driver_kind
 from firstlap.errors import InputError
 from firstlap.parameters import FieldTable, Value, Values, says_something
@@ -95,11 +96,7 @@ class Setup:
 
 def setups_folder() -> Path:
     """Where our own setups lie: in the installed package, or in the source checkout around it."""
-    package = Path(__file__).resolve().parent
-    for folder in (package / "data" / "setups", package.parents[1] / "setups"):
-        if folder.is_dir():
-            return folder
-    raise InputError(f"{package}: no setups folder; expected data/setups in the package or setups in the checkout")
+    return data_folder("setups")
 
 
 def list_setups(driver: str | None = None) -> list[str]:

@@ -75,7 +75,7 @@ class Racing:
         """One scan on."""
         self.world.advance()
         speed, yaw_rate, steering_angle = self.world.measured(0)
-        angle_min, angle_increment, time_increment, range_min, range_max = self.world.header
+        angle_min, angle_increment, time_increment, range_min, range_max = self.world.header()
         command = step_core(
             self.driving.handle.core,
             self.world.ranges(0),

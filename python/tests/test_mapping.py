@@ -212,7 +212,7 @@ def test_parameters_reach_the_core() -> None:
     settings = map_settings(["grid.resolution=0.05"])
     grid = _core.OccupancyGrid(0.0, 0.0, 4, 1, settings.core)
     for _ in range(2):
-        grid.add((0.01, 0.01, 0.0), 0.0, np.array([[0.12, 0.0, 0.12]]))
+        grid.add((0.01, 0.01, 0.0), (0.0, 0.0), np.array([[0.12, 0.0, 0.12]]))
     assert grid.cells().tolist() == [[0, 0, 1, 2]]
 
 

@@ -172,8 +172,8 @@ def test_the_nearest_return_is_measured_from_the_cars_body() -> None:
     assert clearance(np.array([[0.455 + 0.3, 0.0], [0.0, 2.0]]), car) == pytest.approx(0.3)
     assert clearance(np.array([[0.2, -0.155 - 0.25]]), car) == pytest.approx(0.25)
     beams = {"ranges": [1.0, 2.0], "first_beam": 0.0, "beam_step": 0.5 * math.pi}
-    np.testing.assert_allclose(points_of(beams, 0.27), [[1.27, 0.0], [0.27, 2.0]], atol=1e-12)
-    assert points_of({}, 0.27).shape == (0, 2)
+    np.testing.assert_allclose(points_of(beams, (0.27, 0.0)), [[1.27, 0.0], [0.27, 2.0]], atol=1e-12)
+    assert points_of({}, (0.27, 0.0)).shape == (0, 2)
 
 
 def grid(cells: Any, yaw: float = 0.0) -> Any:

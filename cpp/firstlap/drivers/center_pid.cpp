@@ -27,7 +27,7 @@ WallEstimate estimate_wall(double side, double ahead, const CenterParams& params
 StepResult CenterPid::step(const LaserScan& scan, const VehicleState& state, double dt) noexcept {
   if (!plausible(state, dt)) return stop(0.0, Status::bad_state);
   if (dt > longest_pause) reset();
-  if (!sweep_.read(scan, params_.scan, params_.car)) return stop(dt, Status::bad_scan);
+  if (!sweep_.read(scan, state, dt, params_.scan, params_.car)) return stop(dt, Status::bad_scan);
   measure(state.speed);
   const CarGeometry& car = params_.car;
   const CenterSteeringParams& p = params_.steering;

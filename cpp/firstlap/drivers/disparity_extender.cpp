@@ -16,7 +16,7 @@ StepResult DisparityExtender::step(const LaserScan& scan, const VehicleState& st
   trace_.extended.clear();
   if (!plausible(state, dt)) return stop(0.0, Status::bad_state);
   if (dt > longest_pause) reset();
-  if (!sweep_.read(scan, params_.scan, params_.car)) return stop(dt, Status::bad_scan);
+  if (!sweep_.read(scan, state, dt, params_.scan, params_.car)) return stop(dt, Status::bad_scan);
   extend_disparities();
   choose_block();
   const CarGeometry& car = params_.car;

@@ -27,7 +27,7 @@ StepResult FollowTheGap::step(const LaserScan& scan, const VehicleState& state, 
   trace_.free.clear();
   if (!plausible(state, dt)) return stop(0.0, Status::bad_state);
   if (dt > longest_pause) reset();
-  if (!sweep_.read(scan, params_.scan, params_.car)) return stop(dt, Status::bad_scan);
+  if (!sweep_.read(scan, state, dt, params_.scan, params_.car)) return stop(dt, Status::bad_scan);
   widen();
   blow_bubble();
   if (!choose_run()) return stop(dt, Status::no_path);
@@ -90,7 +90,8 @@ void FollowTheGap::blow_bubble() noexcept {
   for (std::size_t i = 0; i < sweep_.size(); ++i)
     if (std::abs(sweep_.angle(i)) <= view && sweep_.range(i) < sweep_.range(nearest)) nearest = i;
   const double r = sweep_.range(nearest);
-  trace_.nearest = {params_.car.laser_x + r * sweep_.cosine(nearest), r * sweep_.sine(nearest)};
+  const CarGeometry& car = params_.car;
+  trace_.nearest = {car.laser_x + r * sweep_.cosine(nearest), car.laser_y + r * sweep_.sine(nearest)};
   const double half = std::asin(std::min(params_.gap.bubble_radius / r, 1.0));
   for (int k = -directions_per_side; k <= directions_per_side; ++k)
     if (std::abs(angle_of(k) - sweep_.angle(nearest)) < half) free_at(k) = 0.0;

@@ -3,35 +3,54 @@
 #include <algorithm>
 #include <cmath>
 
+#include "firstlap/geometry.hpp"
+#include "firstlap/scan_check.hpp"
+#include "firstlap/sweep_motion.hpp"
+
 namespace firstlap::drivers {
 namespace {
 
-constexpr std::size_t fewest_returns = 4;
 constexpr double lost = -1.0;
 
 }  // namespace
 
-bool Sweep::read(const LaserScan& scan, const SweepParams& params, const CarGeometry& car) noexcept {
-  ranges_.clear();
+bool Sweep::read(const LaserScan& scan, const VehicleState& state, double dt, const SweepParams& params,
+                 const CarGeometry& car) noexcept {
   points_.clear();
-  if (!table_.prepare(scan)) return false;
+  ranges_.clear();
+  if (!judge(scan).usable() || !table_.prepare(scan)) return false;
+  ranges_.fill(table_.size(), lost);
+  const SweepMotion motion(with_usable_time(scan, dt), state);
+  const auto last = static_cast<std::ptrdiff_t>(scan.ranges.size()) - 1;
+  for (std::size_t i = 0; i < table_.size(); ++i) {
+    const std::ptrdiff_t source = table_.source(i);
+    if (source == BeamTable::no_source) continue;
+    const double r = static_cast<double>(scan.ranges[static_cast<std::size_t>(source)]);
+    if (!is_return(scan, r)) continue;
+    const Point2 measured{car.laser_x + r * table_.cosine(i), car.laser_y + r * table_.sine(i)};
+    if (motion.none()) {
+      take(measured, i, r, params, car);
+      continue;
+    }
+    const Point2 p = motion.at_end(measured, static_cast<int>(last - source));
+    const double x = p.x - car.laser_x, y = p.y - car.laser_y;
+    take(p, beam_at(std::atan2(y, x)), norm(x, y), params, car);
+  }
+  const auto seen = ranges_.size() - static_cast<std::size_t>(std::count(ranges_.begin(), ranges_.end(), lost));
+  if (seen < scan_limits::fewest_returns) return false;
+  fill_lost(params);
+  return true;
+}
+
+// A return at `p` (base_link), `range` from the laser in the direction of `beam`. The car's own body is none.
+void Sweep::take(Point2 p, std::size_t beam, double range, const SweepParams& params, const CarGeometry& car) noexcept {
   const double front = car.length - car.rear_overhang + params.footprint_margin;
   const double back = -car.rear_overhang - params.footprint_margin;
   const double side = 0.5 * car.width + params.footprint_margin;
-  for (std::size_t i = 0; i < table_.size(); ++i) {
-    const double r = static_cast<double>(scan.ranges[table_.source(i)]);
-    ranges_.push(lost);
-    if (!(r > scan.range_min && r > 0.0 && r < scan.range_max && std::isfinite(r))) continue;
-    const double x = car.laser_x + r * table_.cosine(i);
-    const double y = r * table_.sine(i);
-    if (x > back && x < front && std::abs(y) < side) continue;
-    ranges_.back() = std::min(r, params.range_use);
-    if (r < params.range_use) points_.push({x, y});
-  }
-  const auto seen = ranges_.size() - static_cast<std::size_t>(std::count(ranges_.begin(), ranges_.end(), lost));
-  if (seen < fewest_returns) return false;
-  fill_lost(params);
-  return true;
+  if (p.x > back && p.x < front && std::abs(p.y) < side) return;
+  const double used = std::min(range, params.range_use);
+  if (ranges_[beam] == lost || used < ranges_[beam]) ranges_[beam] = used;
+  if (range < params.range_use) points_.push(p);
 }
 
 void Sweep::fill_lost(const SweepParams& params) noexcept {

@@ -1,5 +1,5 @@
 // One scan as the map-less opponents read it: a range for every beam, right to left, and the returns as
-// points in base_link.
+// points in base_link, both as they are at the end of the sweep.
 #pragma once
 
 #include <cstddef>
@@ -36,15 +36,15 @@ class Sweep {
  public:
   Sweep() : ranges_(max_points), points_(max_points) {}
 
-  // False where there is nothing to read: a header without sense, or hardly a return.
-  bool read(const LaserScan& scan, const SweepParams& params, const CarGeometry& car) noexcept;
+  // False where there is nothing to read: a header without sense, or hardly a return. The car moves with `state`
+  // during the sweep; dt: [s] since the scan before.
+  bool read(const LaserScan& scan, const VehicleState& state, double dt, const SweepParams& params,
+            const CarGeometry& car) noexcept;
 
   [[nodiscard]] std::size_t size() const noexcept { return ranges_.size(); }
   [[nodiscard]] double range(std::size_t i) const noexcept { return ranges_[i]; }  // [m], finite, > 0
   [[nodiscard]] double angle_step() const noexcept { return table_.angle_step(); }
-  [[nodiscard]] double angle(std::size_t i) const noexcept {
-    return table_.angle_first() + table_.angle_step() * static_cast<double>(i);
-  }
+  [[nodiscard]] double angle(std::size_t i) const noexcept { return table_.angle(i); }
   [[nodiscard]] double cosine(std::size_t i) const noexcept { return table_.cosine(i); }
   [[nodiscard]] double sine(std::size_t i) const noexcept { return table_.sine(i); }
   // The beam nearest to `angle` [rad].
@@ -53,6 +53,7 @@ class Sweep {
   [[nodiscard]] const Buffer<Point2>& points() const noexcept { return points_; }
 
  private:
+  void take(Point2 p, std::size_t beam, double range, const SweepParams& params, const CarGeometry& car) noexcept;
   void fill_lost(const SweepParams& params) noexcept;
 
   BeamTable table_;

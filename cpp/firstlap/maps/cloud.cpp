@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "firstlap/geometry.hpp"
+#include "firstlap/scan_check.hpp"
 
 namespace firstlap::maps {
 namespace {
@@ -26,12 +27,12 @@ CloudMaker::CloudMaker(const CloudParams& params, const CarGeometry& car)
       groups_(max_points),
       cloud_(max_points) {}
 
-bool CloudMaker::make(const LaserScan& scan, const VehicleState& state) noexcept {
+bool CloudMaker::make(const LaserScan& scan, const VehicleState& state, double period) noexcept {
   points_.clear();
   groups_.clear();
   cloud_.clear();
   if (!table_.prepare(scan)) return false;
-  scan_to_points(scan, table_, state, scan_, car_, points_);
+  scan_to_points(with_usable_time(scan, period), table_, state, scan_, car_, points_);
   group_points();
   for (std::size_t i = 0; i < groups_.size(); ++i) add_normal(i);
   return true;
@@ -100,7 +101,7 @@ bool CloudMaker::fit_normal(std::size_t first, std::size_t last, CloudPoint& poi
   if (smallest > params_.normal_noise * params_.normal_noise || smallest > 0.05 * largest) return false;
   const double along = 0.5 * std::atan2(xy, half);  // of the largest spread
   double nx = -std::sin(along), ny = std::cos(along);
-  if (nx * (car_.laser_x - point.x) - ny * point.y < 0.0) {
+  if (nx * (car_.laser_x - point.x) + ny * (car_.laser_y - point.y) < 0.0) {
     nx = -nx;
     ny = -ny;
   }

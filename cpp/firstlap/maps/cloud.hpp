@@ -18,8 +18,9 @@ class CloudMaker {
  public:
   CloudMaker(const CloudParams& params, const CarGeometry& car);
 
-  // False where the scan's header makes no sense; then points and cloud are empty.
-  bool make(const LaserScan& scan, const VehicleState& state) noexcept;
+  // False where the scan's header makes no sense; then points and cloud are empty. period: [s] between scans, 0 where
+  // it is not known.
+  bool make(const LaserScan& scan, const VehicleState& state, double period = 0.0) noexcept;
 
   [[nodiscard]] const Buffer<ScanPoint>& points() const noexcept { return points_; }  // every valid return
   [[nodiscard]] const Buffer<CloudPoint>& cloud() const noexcept { return cloud_; }   // evenly spaced

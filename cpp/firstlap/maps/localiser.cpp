@@ -74,7 +74,7 @@ Estimate Localiser::step(const LaserScan& scan, const VehicleState& state, doubl
   if (!started_) return estimate_;
   const VehicleState used = sane(state) ? state : VehicleState{};
   move(used, dt);
-  if (choose_beams(scan, used)) {
+  if (choose_beams(scan, used, dt)) {
     locate();
     judge(filter_.cluster(), dt);
     resample();
@@ -96,8 +96,8 @@ void Localiser::move(const VehicleState& state, double dt) noexcept {
   moving_ = true;
 }
 
-bool Localiser::choose_beams(const LaserScan& scan, const VehicleState& state) noexcept {
-  if (!maker_.make(scan, state)) return false;
+bool Localiser::choose_beams(const LaserScan& scan, const VehicleState& state, double dt) noexcept {
+  if (!maker_.make(scan, state, dt)) return false;
   pick(maker_.points(), beams_.capacity(), beams_);
   pick(maker_.cloud(), dense_.capacity(), dense_);
   return beams_.size() >= fewest_beams;

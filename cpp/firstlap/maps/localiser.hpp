@@ -48,7 +48,7 @@ class Localiser {
 
  private:
   void move(const VehicleState& state, double dt) noexcept;
-  bool choose_beams(const LaserScan& scan, const VehicleState& state) noexcept;
+  bool choose_beams(const LaserScan& scan, const VehicleState& state, double dt) noexcept;
   void locate() noexcept;
   void judge(const Cluster& cluster, double dt) noexcept;
   void resample() noexcept;

@@ -33,14 +33,14 @@ OccupancyGrid::OccupancyGrid(double x, double y, int columns, int rows, const Gr
   counts_.resize(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
 }
 
-void OccupancyGrid::add(const Pose2& pose, double laser_x, std::span<const ScanPoint> points) noexcept {
+void OccupancyGrid::add(const Pose2& pose, const Point2& laser, std::span<const ScanPoint> points) noexcept {
   const double c = std::cos(pose.yaw), s = std::sin(pose.yaw), scale = 1.0 / params_.resolution;
   const auto column = [&](double x, double y) { return (pose.x + c * x - s * y - x_) * scale; };
   const auto row = [&](double x, double y) { return (pose.y + s * x + c * y - y_) * scale; };
-  if (!std::isfinite(column(laser_x, 0.0)) || !std::isfinite(row(laser_x, 0.0))) return;
+  if (!std::isfinite(column(laser.x, laser.y)) || !std::isfinite(row(laser.x, laser.y))) return;
   for (const ScanPoint& p : points) {
     if (p.range > params_.range_use) continue;
-    add_ray(column(laser_x, 0.0), row(laser_x, 0.0), column(p.x, p.y), row(p.x, p.y));
+    add_ray(column(laser.x, laser.y), row(laser.x, laser.y), column(p.x, p.y), row(p.x, p.y));
   }
 }
 

@@ -25,7 +25,7 @@ class OccupancyGrid {
 
   // Draws the returns of one scan, points in base_link, seen from base_link's `pose`. What falls outside of the
   // map is left out.
-  void add(const Pose2& pose, double laser_x, std::span<const ScanPoint> points) noexcept;
+  void add(const Pose2& pose, const Point2& laser, std::span<const ScanPoint> points) noexcept;
 
   [[nodiscard]] Cell cell(int column, int row) const noexcept;
   [[nodiscard]] int columns() const noexcept { return columns_; }

@@ -6,7 +6,7 @@ namespace firstlap::sim {
 
 Pose2 laser_pose(const Car& car, const Pose2& base_link) noexcept {
   const double x = car.geometry.laser_x + car.sensors.laser_x_error;
-  const double y = car.sensors.laser_y_error;
+  const double y = car.geometry.laser_y + car.sensors.laser_y_error;
   const double c = std::cos(base_link.yaw);
   const double s = std::sin(base_link.yaw);
   return {base_link.x + c * x - s * y, base_link.y + s * x + c * y, base_link.yaw + car.sensors.laser_yaw_error};

@@ -10,6 +10,7 @@
 namespace firstlap::sim {
 namespace {
 
+constexpr int most_turns = 3;  // by which a beam's angle, with the mounting turned in, may exceed (-pi, pi]
 constexpr float inf = std::numeric_limits<float>::infinity();
 
 // Range along the unit vector (c, s) to the segment from (x1, y1) to (x2, y2), all in the laser's frame; none: inf.
@@ -50,13 +51,16 @@ void draw_body(const LidarParams& lidar, const Pose2& laser, std::span<const Wal
     const double from = std::atan2(a.y, a.x);
     const double turn = std::remainder(std::atan2(b.y, b.x) - from, 2.0 * std::numbers::pi);
     const double low = std::min(from, from + turn), high = std::max(from, from + turn);
-    for (const double lap : {-2.0 * std::numbers::pi, 0.0, 2.0 * std::numbers::pi}) {
-      const double per_radian = 1.0 / lidar.angle_increment();
-      const int begin = static_cast<int>(std::ceil((low + lap - lidar.angle_min()) * per_radian));
-      const int end = static_cast<int>(std::floor((high + lap - lidar.angle_min()) * per_radian)) + 1;
+    for (int turn_of = -most_turns; turn_of <= most_turns; ++turn_of) {
+      const double lap = 2.0 * std::numbers::pi * turn_of, per_radian = 1.0 / lidar.angle_increment();
+      const double one = (low + lap - lidar.angle_min()) * per_radian;
+      const double other = (high + lap - lidar.angle_min()) * per_radian;
+      const int begin = static_cast<int>(std::ceil(std::min(one, other)));
+      const int end = static_cast<int>(std::floor(std::max(one, other))) + 1;
       for (int i = std::max(begin, first); i < std::min(end, last); ++i) {
         const double angle = lidar.angle_min() + i * lidar.angle_increment();
-        const auto range = static_cast<float>(range_to(std::cos(angle), std::sin(angle), a.x, a.y, b.x, b.y));
+        const auto range =
+            static_cast<float>(lidar.range_scale * range_to(std::cos(angle), std::sin(angle), a.x, a.y, b.x, b.y));
         float& seen = out[static_cast<std::size_t>(i)];
         if (range < seen && range <= range_max) seen = range < range_min ? -inf : range;
       }

@@ -4,12 +4,17 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <stdexcept>
+#include <string>
+#include <tuple>
+#include <utility>
 
 namespace firstlap::sim {
 namespace {
 
 constexpr float pi = std::numbers::pi_v<float>;
 constexpr float inf = std::numeric_limits<float>::infinity();
+constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 constexpr float angle_error = 4e-6F;  // [rad] generous bound of approximate_atan2
 constexpr double widest_wedge = 1.2;  // [rad] < pi/2, so that two half planes and a front describe it
 
@@ -40,7 +45,7 @@ inline int ceiling(float value) {
 // Positive when the beam (c, s) lies counter-clockwise of the point (x, y).
 inline double side(double x, double y, double c, double s) { return x * s - y * c; }
 
-// Points of the map in the laser's frame; (c, s) is the laser's heading.
+// Points of the map, seen from the middle of the scan; (c, s) is its heading.
 void rotate(const double* __restrict map_x, const double* __restrict map_y, const Pose2& laser, double c, double s,
             double* __restrict x, double* __restrict y, std::size_t count) {
   const double laser_x = laser.x, laser_y = laser.y;
@@ -61,15 +66,14 @@ void keep_nearest(double* __restrict inverse, const double* __restrict c, const 
 
 }  // namespace
 
-Lidar::Lidar(const LidarParams& params, const Walls& walls) : params_(params), walls_(&walls) {
+Lidar::Lidar(const LidarParams& params, const Walls& walls)
+    : params_(params), most_beams_(params.beams), walls_(&walls) {
   validate(params, "lidar");
-  const auto beams = static_cast<std::size_t>(params.beams);
-  for (std::size_t i = 0; i < beams; ++i) {
-    const double angle = params.angle_min() + static_cast<double>(i) * params.angle_increment();
-    cos_.push_back(std::cos(angle));
-    sin_.push_back(std::sin(angle));
+  if (params.beams - params.beams_vary < 2) {
+    throw std::invalid_argument("lidar.beams_vary is " + std::to_string(params.beams_vary) +
+                                ", allowed at most lidar.beams - 2, which is " + std::to_string(params.beams - 2));
   }
-  inverse_range_.resize(beams);
+  set_beams(params.beams);
   const std::size_t vertices = walls.visible().x.size();
   x_.resize(vertices);
   y_.resize(vertices);
@@ -78,16 +82,39 @@ Lidar::Lidar(const LidarParams& params, const Walls& walls) : params_(params), w
   counts_.reserve(walls.visible().blocks.size());
 }
 
+void Lidar::set_beams(int beams) {
+  params_.beams = beams;
+  const auto count = static_cast<std::size_t>(beams);
+  cos_.resize(count);
+  sin_.resize(count);
+  inverse_range_.resize(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const double angle = -0.5 * params_.fov + static_cast<double>(i) * params_.beam_step();
+    cos_[i] = std::cos(angle);
+    sin_[i] = std::sin(angle);
+  }
+}
+
+void Lidar::begin_scan(Rng& rng, std::vector<float>& ranges) {
+  if (params_.beams_vary > 0) {
+    const int fewer = static_cast<int>(rng.uniform() * (params_.beams_vary + 1));
+    set_beams(most_beams_ - std::min(fewer, params_.beams_vary));
+  }
+  ranges.resize(static_cast<std::size_t>(params_.beams));
+}
+
 void Lidar::scan(const Pose2& laser, std::span<float> out) { scan_sector(laser, 0, params_.beams, out); }
 
 void Lidar::scan_sector(const Pose2& laser, int first, int last, std::span<float> out) {
   first = std::max(first, 0);
   last = std::min({last, params_.beams, static_cast<int>(out.size())});
   if (first >= last) return;
-  const double angle = (last - first) * params_.angle_increment();
+  if (params_.turns_right()) std::tie(first, last) = std::pair{params_.beams - last, params_.beams - first};
+  const Pose2 middle{laser.x, laser.y, laser.yaw + params_.middle()};
+  const double angle = (last - first) * params_.beam_step();
   const int wedges = std::min(static_cast<int>(std::ceil(angle / widest_wedge)), last - first);
   for (int i = 0; i < wedges; ++i) {
-    cast_wedge(laser, first + (last - first) * i / wedges, first + (last - first) * (i + 1) / wedges, out);
+    cast_wedge(middle, first + (last - first) * i / wedges, first + (last - first) * (i + 1) / wedges, out);
   }
 }
 
@@ -128,8 +155,8 @@ std::size_t Lidar::gather(const Pose2& laser, int first, int last) {
 
 // For each vertex a range of beams that holds the first beam at or after it, mostly just that one.
 void Lidar::index_vertices(std::size_t count) {
-  const auto angle_min = static_cast<float>(params_.angle_min());
-  const auto per_radian = static_cast<float>(1.0 / params_.angle_increment());
+  const auto angle_min = static_cast<float>(-0.5 * params_.fov);
+  const auto per_radian = static_cast<float>(1.0 / params_.beam_step());
   const float margin = angle_error * per_radian + 1e-3F;
   const double* x = x_.data();
   const double* y = y_.data();
@@ -179,15 +206,20 @@ void Lidar::draw_block(std::size_t begin, std::size_t count, int first, int last
 void Lidar::write_ranges(int first, int last, std::span<float> out) const {
   const double* inverse = inverse_range_.data();
   const auto range_min = static_cast<float>(params_.range_min), range_max = static_cast<float>(params_.range_max);
+  const auto scale = static_cast<float>(params_.range_scale);
+  // The scan's own beam of internal beam 0, and the step to the next.
+  const int begin = params_.turns_right() ? params_.beams - 1 : 0, step = params_.turns_right() ? -1 : 1;
   float* ranges = out.data();
   for (int i = first; i < last; ++i) {
-    const auto range = static_cast<float>(1.0 / inverse[i]);
+    const auto range = scale * static_cast<float>(1.0 / inverse[i]);
     const float near_checked = range < range_min ? -inf : range;
-    ranges[i] = range > range_max ? inf : near_checked;
+    ranges[begin + step * i] = range > range_max ? inf : near_checked;
   }
 }
 
 void Lidar::add_noise(std::span<float> ranges, Rng& rng) const {
+  if (static_cast<NoReturn>(params_.no_return) == NoReturn::range_max)
+    std::replace(ranges.begin(), ranges.end(), inf, static_cast<float>(params_.range_max));
   if (params_.noise_sigma > 0.0) {
     for (float& range : ranges) {
       const auto noisy = range + static_cast<float>(params_.noise_sigma * rng.gaussian());
@@ -207,6 +239,8 @@ void Lidar::add_noise(std::span<float> ranges, Rng& rng) const {
     std::fill_n(ranges.begin() + static_cast<std::ptrdiff_t>(begin), length, inf);
   }
   if (params_.dropout_block_share > 0.0 && params_.dropout_block_beams > 0) drop_blocks(ranges, rng);
+  if (static_cast<NoReturn>(params_.no_return) == NoReturn::nan) std::replace(ranges.begin(), ranges.end(), inf, nan);
+  if (static_cast<NoReturn>(params_.no_return) == NoReturn::zero) std::replace(ranges.begin(), ranges.end(), inf, 0.0F);
 }
 
 // Lost blocks and runs of kept beams in turn. The runs' lengths are exponential about the mean that makes the
@@ -227,9 +261,11 @@ void Lidar::drop_blocks(std::span<float> ranges, Rng& rng) const {
 }
 
 LaserScan Lidar::view(std::span<const float> ranges) const noexcept {
-  return {.angle_min = params_.angle_min(),
-          .angle_increment = params_.angle_increment(),
-          .time_increment = params_.sweep_time / (params_.beams - 1),
+  LidarParams params = params_;
+  params.beams = static_cast<int>(ranges.size());
+  return {.angle_min = params.angle_min(),
+          .angle_increment = params.angle_increment(),
+          .time_increment = params.sweep_time / (params.beams - 1),
           .range_min = params_.range_min,
           .range_max = params_.range_max,
           .ranges = ranges};

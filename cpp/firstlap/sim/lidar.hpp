@@ -15,13 +15,28 @@
 
 namespace firstlap::sim {
 
-// Defaults: Hokuyo UTM-30LX.
+// How a LiDAR's driver reports a beam that meets nothing within range_max.
+enum class NoReturn : int {
+  infinite = 0,   // +inf, as REP 117 asks
+  nan = 1,        // NaN
+  zero = 2,       // 0
+  range_max = 3,  // clipped at range_max before the noise is added
+};
+
+// Defaults: Hokuyo UTM-30LX, mounted to look ahead.
 struct LidarParams {
   int beams = 1081;
+  int beams_vary = 0;
   double fov = 4.7123889804;
+  double center_angle = 0.0;
+  bool clockwise = false;
+  double yaw = 0.0;
+  bool upside_down = false;
   double rate = 40.0;
   double range_min = 0.06;
   double range_max = 30.0;
+  double range_scale = 1.0;
+  int no_return = 0;
   double sweep_time = 0.01875;
   double noise_sigma = 0.01;
   double dropout_rate = 0.002;
@@ -33,10 +48,20 @@ struct LidarParams {
     using P = LidarParams;
     return std::tuple{
         Field{"beams", &P::beams, "", 2.0, 10000.0, "beams of a scan"},
-        Field{"fov", &P::fov, "rad", 0.1, 6.28, "angle from the first beam to the last, centred ahead"},
+        Field{"beams_vary", &P::beams_vary, "", 0.0, 1000.0,
+              "a scan may have up to so many beams fewer, over the same angle"},
+        Field{"fov", &P::fov, "rad", 0.1, 6.2831853072, "angle from the first beam to the last"},
+        Field{"center_angle", &P::center_angle, "rad", -6.2831853072, 6.2831853072,
+              "of the middle of the scan, in the laser's frame: pi where a full turn begins ahead"},
+        Field{"clockwise", &P::clockwise, "", 0.0, 1.0, "the beams turn to the right: angle_increment is negative"},
+        Field{"yaw", &P::yaw, "rad", -3.1415926536, 3.1415926536, "the laser is mounted turned left by this"},
+        Field{"upside_down", &P::upside_down, "", 0.0, 1.0, "the laser is mounted with a roll of 180 degrees"},
         Field{"rate", &P::rate, "Hz", 5.0, 200.0, "scans per second"},
         Field{"range_min", &P::range_min, "m", 0.0, 1.0, "nearer walls give -inf (REP 117)"},
-        Field{"range_max", &P::range_max, "m", 1.0, 200.0, "farther walls give +inf (REP 117)"},
+        Field{"range_max", &P::range_max, "m", 1.0, 200.0, "farther walls give no return"},
+        Field{"range_scale", &P::range_scale, "", 0.5, 2.0, "measured range over true range"},
+        Field{"no_return", &P::no_return, "", 0.0, 3.0,
+              "is reported as 0 +inf (REP 117), 1 NaN, 2 zero, 3 range_max with noise"},
         Field{"sweep_time", &P::sweep_time, "s", 0.0, 0.2, "first beam to last; at most one scan period"},
         Field{"noise_sigma", &P::noise_sigma, "m", 0.0, 0.5, "standard deviation of a range"},
         Field{"dropout_rate", &P::dropout_rate, "", 0.0, 1.0, "share of single beams lost (+inf)"},
@@ -46,8 +71,17 @@ struct LidarParams {
     };
   }
 
-  double angle_min() const noexcept { return -0.5 * fov; }               // [rad]
-  double angle_increment() const noexcept { return fov / (beams - 1); }  // [rad]
+  double beam_step() const noexcept { return fov / (beams - 1); }  // [rad] between beams, > 0
+
+  // As the LiDAR's driver reports them, in the laser's own frame [rad].
+  double own_angle_increment() const noexcept { return clockwise ? -beam_step() : beam_step(); }
+  double own_angle_min() const noexcept { return center_angle - (clockwise ? -0.5 : 0.5) * fov; }
+
+  // The same with the mounting turned in: seen from base_link's heading [rad].
+  bool turns_right() const noexcept { return clockwise != upside_down; }
+  double middle() const noexcept { return yaw + (upside_down ? -center_angle : center_angle); }
+  double angle_increment() const noexcept { return turns_right() ? -beam_step() : beam_step(); }
+  double angle_min() const noexcept { return middle() - (turns_right() ? -0.5 : 0.5) * fov; }
 };
 
 class Lidar {
@@ -55,19 +89,27 @@ class Lidar {
   // Keeps a reference to `walls`. Throws std::invalid_argument for a parameter outside its range.
   Lidar(const LidarParams& params, const Walls& walls);
 
-  // Exact ranges [m] from the laser's pose in the map frame; `out` holds all beams. Beams that hit nothing
-  // within range_max are +inf, walls nearer than range_min -inf.
+  // Begins a scan: `ranges` gets its number of beams, which varies by `beams_vary`.
+  void begin_scan(Rng& rng, std::vector<float>& ranges);
+
+  // The scans from here on have so many beams over the same angle.
+  void set_beams(int beams);
+
+  // Exact ranges [m] from the laser's pose in the map frame, which has base_link's heading: the mounting is in the
+  // parameters. `out` holds all beams in the order of the scan. Beams that hit nothing within range_max are +inf, walls
+  // nearer than range_min -inf.
   void scan(const Pose2& laser, std::span<float> out);
 
   // The same for beams [first, last) only; the others of `out` (all beams) are left alone.
   void scan_sector(const Pose2& laser, int first, int last, std::span<float> out);
 
-  // Range noise and lost beams on a complete scan.
+  // Range noise and lost beams on a complete scan, and what the LiDAR says where nothing returned.
   void add_noise(std::span<float> ranges, Rng& rng) const;
 
-  // The header that belongs to `ranges`.
+  // The header that belongs to `ranges`, however many they are; its angles with the mounting turned in.
   LaserScan view(std::span<const float> ranges) const noexcept;
 
+  // Of the scan under way: `beams` is its own number.
   const LidarParams& params() const noexcept { return params_; }
 
  private:
@@ -80,10 +122,12 @@ class Lidar {
   void drop_blocks(std::span<float> ranges, Rng& rng) const;
 
   LidarParams params_;
+  int most_beams_ = 0;
   const Walls* walls_;
-  std::vector<double> cos_, sin_;      // of each beam, in the laser's frame
+  // Beams are cast right to left, seen from the middle of the scan; only write_ranges knows of their order in it.
+  std::vector<double> cos_, sin_;      // of each beam, seen from the middle of the scan
   std::vector<double> inverse_range_;  // the depth buffer [1/m]
-  std::vector<double> x_, y_;          // vertices in the laser's frame [m]
+  std::vector<double> x_, y_;          // vertices, seen from the middle of the scan [m]
   std::vector<int> beam_;              // first beam at or after each vertex
   std::vector<int> last_doubtful_;     // beams from beam_ to this one need the exact test
   std::vector<std::size_t> counts_;    // vertices of each block gathered for this wedge

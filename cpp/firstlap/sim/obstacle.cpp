@@ -28,6 +28,10 @@ Obstacle::Obstacle(const Pose2& middle, double length, double width, const Lidar
       ranges_(static_cast<std::size_t>(lidar.beams)) {}
 
 void Obstacle::add_to_scan(const Pose2& laser, int first, int last, std::span<float> ranges) {
+  if (ranges.size() != ranges_.size()) {
+    lidar_.set_beams(static_cast<int>(ranges.size()));
+    ranges_.resize(ranges.size());
+  }
   lidar_.scan_sector(laser, first, last, ranges_);
   const auto end = std::min(static_cast<std::size_t>(std::max(last, 0)), ranges.size());
   for (auto i = static_cast<std::size_t>(std::max(first, 0)); i < end; ++i) ranges[i] = std::min(ranges[i], ranges_[i]);

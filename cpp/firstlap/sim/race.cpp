@@ -65,6 +65,7 @@ Race::Race(const Track& track, const Car& car, Driver& driver, const RaceOptions
 bool Race::advance() {
   if (over()) return false;
   next_beam_ = 0;
+  lidar_.begin_scan(lidar_rng_, ranges_);
   for (int i = 1; i <= steps_per_scan_ && !over(); ++i) move(i);
   if (over()) return false;
   ++scans_;
@@ -94,9 +95,9 @@ void Race::move(int i) {
 void Race::sweep(const Pose2& before, const Pose2& after, int i) {
   const double duration = std::min(car_.lidar.sweep_time, period_), begin = period_ - duration;
   const auto beam_at = [&](double time) {
-    return duration > 0.0 ? (time - begin) / duration * (car_.lidar.beams - 1) : -1.0;
+    return duration > 0.0 ? (time - begin) / duration * (lidar_.params().beams - 1) : -1.0;
   };
-  const int beams = car_.lidar.beams;
+  const int beams = lidar_.params().beams;
   const int due = static_cast<int>(std::floor(beam_at(i * step_))) + 1;
   const int last = i == steps_per_scan_ ? beams : std::clamp(due, 0, beams);
   if (last <= next_beam_) return;

@@ -99,6 +99,7 @@ void World::command(std::size_t i, const DriveCommand& command, double after) no
 void World::advance() {
   for (const auto& agent : agents_) {
     agent->next_beam = 0;
+    agent->lidar.begin_scan(agent->noise, agent->ranges);
     agent->silent += period_;
     if (agent->commanded && options_.command_timeout > 0.0 && agent->silent > options_.command_timeout) {
       agent->vehicle.command({0.0, agent->steering});
@@ -131,7 +132,7 @@ void World::move(Agent& agent, int i) {
 void World::sweep(std::size_t index, int i) {
   Agent& agent = *agents_[index];
   const double duration = std::min(car_.lidar.sweep_time, period_), begin = period_ - duration;
-  const int beams = car_.lidar.beams;
+  const int beams = agent.lidar.params().beams;
   const double share = duration > 0.0 ? (i * step_ - begin) / duration : -1.0;
   const int due = static_cast<int>(std::floor(share * (beams - 1))) + 1;
   const int last = i == steps_per_scan_ ? beams : std::clamp(due, 0, beams);
@@ -143,7 +144,7 @@ void World::sweep(std::size_t index, int i) {
   for (std::size_t other = 0; other < agents_.size(); ++other) {
     if (other == index) continue;
     const auto edges = body_edges(car_.geometry, between(agents_[other]->before, agents_[other]->vehicle.pose(), t));
-    draw_body(car_.lidar, laser, edges, agent.next_beam, last, agent.ranges);
+    draw_body(agent.lidar.params(), laser, edges, agent.next_beam, last, agent.ranges);
   }
   agent.next_beam = last;
 }

@@ -171,6 +171,94 @@ TEST(Lidar, LosesEveryBeamAtDropoutRateOne) {
   for (const float r : ranges) ASSERT_EQ(r, inf);
 }
 
+// Every way to mount and read a LiDAR sees the same walls, each beam in its own direction.
+TEST(Lidar, EqualsBruteForceHoweverItIsMountedAndWhereverItBegins) {
+  Rng rng(14);
+  const double pi = std::numbers::pi;
+  for (const double fov : {4.7, 2.0 * pi * 719.0 / 720.0, 2.0 * pi}) {
+    for (const double center : {0.0, pi, -2.0}) {
+      for (const bool clockwise : {false, true}) {
+        for (const bool upside_down : {false, true}) {
+          const LidarParams params{.beams = 720,
+                                   .fov = fov,
+                                   .center_angle = center,
+                                   .clockwise = clockwise,
+                                   .yaw = pi * (2.0 * rng.uniform() - 1.0),
+                                   .upside_down = upside_down};
+          const Walls walls(random_segments(rng, 60, 30.0, 10.0));
+          ASSERT_EQ(count_disagreements(params, walls, {0.0, 0.0, rng.gaussian()}), 0)
+              << fov << ' ' << center << clockwise << upside_down;
+        }
+      }
+    }
+  }
+}
+
+TEST(Lidar, SectorsMakeTheWholeScanInEitherDirection) {
+  const Track track = wavy_track();
+  const Pose2 pose{track.centerline[5].x, track.centerline[5].y, 1.0};
+  Lidar lidar({.center_angle = 1.0, .clockwise = true}, track.walls);
+  std::vector<float> whole(1081), parts(1081, -1.0F);
+  lidar.scan(pose, whole);
+  for (const auto& [first, last] : {std::pair{0, 1}, {1, 300}, {300, 1081}}) {
+    lidar.scan_sector(pose, first, last, parts);
+  }
+  EXPECT_EQ(whole, parts);
+}
+
+TEST(Lidar, TurnsItsMountingIntoTheHeaderThatADriverGets) {
+  const double pi = std::numbers::pi;
+  const LidarParams params{
+      .beams = 360, .fov = 2.0 * pi * 359.0 / 360.0, .center_angle = pi, .yaw = 0.5, .upside_down = true};
+  EXPECT_NEAR(params.own_angle_min(), pi / 360.0, 1e-12);
+  EXPECT_GT(params.own_angle_increment(), 0.0);
+  EXPECT_NEAR(params.angle_min(), 0.5 - params.own_angle_min(), 1e-12);
+  EXPECT_NEAR(params.angle_increment(), -params.own_angle_increment(), 1e-12);
+}
+
+TEST(Lidar, VariesItsBeamCountOverTheSameAngle) {
+  const Track track = wavy_track();
+  Lidar lidar({.beams = 455, .beams_vary = 10, .fov = 6.2}, track.walls);
+  Rng rng(6);
+  std::vector<float> ranges;
+  std::size_t fewest = 1000, most = 0;
+  for (int i = 0; i < 200; ++i) {
+    lidar.begin_scan(rng, ranges);
+    fewest = std::min(fewest, ranges.size());
+    most = std::max(most, ranges.size());
+    const LaserScan scan = lidar.view(ranges);
+    EXPECT_NEAR(scan.angle_increment * static_cast<double>(ranges.size() - 1), 6.2, 1e-9);
+  }
+  EXPECT_EQ(fewest, 445U);
+  EXPECT_EQ(most, 455U);
+  EXPECT_THROW(Lidar({.beams = 5, .beams_vary = 4}, track.walls), std::invalid_argument);
+}
+
+TEST(Lidar, SaysNoReturnAsItsDriverDoes) {
+  const Walls walls;
+  const auto reported = [&](NoReturn how) {
+    const LidarParams params{.no_return = static_cast<int>(how), .noise_sigma = 0.01, .dropout_rate = 0.0};
+    Lidar lidar(params, walls);
+    Rng rng(7);
+    std::vector<float> ranges(1081);
+    lidar.scan({}, ranges);
+    lidar.add_noise(ranges, rng);
+    return ranges[3];
+  };
+  EXPECT_EQ(reported(NoReturn::infinite), inf);
+  EXPECT_TRUE(std::isnan(reported(NoReturn::nan)));
+  EXPECT_EQ(reported(NoReturn::zero), 0.0F);
+  EXPECT_NEAR(reported(NoReturn::range_max), 30.0, 0.05);
+}
+
+TEST(Lidar, ScalesItsRanges) {
+  const Walls walls({{2.0, -9.0, 2.0, 9.0}});
+  Lidar lidar({.beams = 3, .fov = 0.2, .range_scale = 1.05}, walls);
+  std::vector<float> ranges(3);
+  lidar.scan({}, ranges);
+  EXPECT_NEAR(ranges[1], 2.1, 1e-6);
+}
+
 TEST(Lidar, RejectsAParameterByName) {
   const Walls walls;
   EXPECT_THROW(Lidar({.beams = 1}, walls), std::invalid_argument);

@@ -13,6 +13,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, Progress, ProgressColumn, TextColumn, TimeRemainingColumn
 
+from firstlap.car_file import Car, load_car, with_lidar
 from firstlap.cli.process import said_or_not
 from firstlap.drivers.registry import DRIVERS
 from firstlap.errors import InputError
@@ -53,6 +54,10 @@ ConditionOption = Annotated[
     ),
 ]
 CarOption = Annotated[str, typer.Option("--car", metavar="CAR", help="default, nuc2, gym or a YAML file.")]
+LidarOption = Annotated[
+    str | None,
+    typer.Option("--lidar", metavar="LIDAR", help="rplidar_a2, ld19, ... or a YAML file; default: the car's."),
+]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
 LapsOption = Annotated[int, typer.Option("--laps", min=1, max=100_000, help="Laps to drive, with the standing one.")]
 
@@ -80,6 +85,11 @@ def chosen_options(assignments: list[str] | None) -> dict[str, float]:
             raise InputError(f"--option {text[:60]}: {field.name} is not an option here; {instead}")
         chosen[option_name(field)] = value
     return chosen
+
+
+def chosen_car(car: str, lidar: str | None) -> Car:
+    """The car of --car with the LiDAR of --lidar. Raises InputError."""
+    return with_lidar(load_car(car), lidar)
 
 
 def described_options(options: Mapping[str, float]) -> str:

@@ -12,12 +12,13 @@ from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemaini
 from rich.table import Table
 
 from firstlap import __version__
-from firstlap.car_file import load_car
 from firstlap.cli.common import (
     CarOption,
     ConditionOption,
     JsonOption,
+    LidarOption,
     TrackArgument,
+    chosen_car,
     chosen_options,
     console,
     described_options,
@@ -42,6 +43,7 @@ def compare(
     seeds: Annotated[int, typer.Option("--seeds", min=1, max=10_000, help="Races of each driver, seeds 1 to K.")] = 5,
     reverse: Annotated[bool, typer.Option("--reverse", help="Drive the other way round.")] = False,
     car: CarOption = "default",
+    lidar: LidarOption = None,
     latency: Annotated[
         str,
         typer.Option(
@@ -66,7 +68,7 @@ def compare(
     latency_options(latency)
     options = chosen_options(conditions)
     _check_files(plot, report)
-    loaded_car = load_car(car)
+    loaded_car = chosen_car(car, lidar)
     entries = parse_entries(drivers, loaded_car)
     loaded = load_track(track)
     comparison = Comparison(

@@ -10,11 +10,12 @@ from rich.markup import escape
 from rich.table import Table
 
 from firstlap import __version__
-from firstlap.car_file import load_car
 from firstlap.cli.common import (
     CarOption,
     JsonOption,
+    LidarOption,
     SetupOption,
+    chosen_car,
     chosen_setup,
     console,
     note,
@@ -40,6 +41,7 @@ def map_command(
         typer.Option("--set", metavar="NAME=VALUE", help="Change one parameter of mapping; repeatable."),
     ] = None,
     car: CarOption = "default",
+    lidar: LidarOption = None,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Of everything random.")] = 1,
     check: Annotated[bool, typer.Option("--check", help="Compare the map with the track's true walls.")] = False,
     scan_topic: ScanTopic = None,
@@ -65,7 +67,7 @@ def map_command(
         from firstlap.plot import PICTURES
 
         check_writable(plot, PICTURES)
-    settings, chosen_car, chosen = map_settings(changes), load_car(car), chosen_setup(setup, None)
+    settings, the_car, chosen = map_settings(changes), chosen_car(car, lidar), chosen_setup(setup, None)
     recording = None
     if is_recording(source):
         if check:
@@ -83,7 +85,7 @@ def map_command(
         if recording is not None:
             result = map_observations(
                 observations(recording),
-                car_of(recording, chosen_car),
+                car_of(recording, the_car),
                 name=source,
                 total=len(recording),
                 settings=settings,
@@ -93,11 +95,11 @@ def map_command(
             from firstlap.tracks.library import load_track
 
             track = load_track(source)
-            result = map_track(track, chosen, chosen_car, seed=seed, settings=settings, look=look)
+            result = map_track(track, chosen, the_car, seed=seed, settings=settings, look=look)
             if check:
                 from firstlap.mapping.check import check_map, true_start
 
-                error = check_map(result.map, track, true_start(track, chosen_car))
+                error = check_map(result.map, track, true_start(track, the_car))
         picture = write_map(result.map, output)
     found: dict[str, Any] = {"version": __version__, "source": source, "map": str(output), **result.to_dict()}
     if error:

@@ -10,12 +10,13 @@ from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemaini
 from rich.table import Table
 
 from firstlap import __version__
-from firstlap.car_file import load_car
 from firstlap.cli.common import (
     CarOption,
     JsonOption,
+    LidarOption,
     SetOption,
     SetupOption,
+    chosen_car,
     chosen_setup,
     console,
     fail,
@@ -39,6 +40,7 @@ def perception(
     seed: Annotated[int, typer.Option("--seed", min=0, help="Of everything random.")] = 1,
     both: Annotated[bool, typer.Option("--both", help="Both directions.")] = False,
     car: CarOption = "default",
+    lidar: LidarOption = None,
     as_json: JsonOption = False,
 ) -> int:
     """Race tracks and measure on every scan how well the walls and the line between them were seen.
@@ -47,7 +49,7 @@ def perception(
     """
     from firstlap.perception.survey import survey_perception
 
-    chosen, the_car = chosen_setup(setup, changes), load_car(car)
+    chosen, the_car = chosen_setup(setup, changes), chosen_car(car, lidar)
     rows: list[dict[str, Any]] = []
     interrupted = False
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())

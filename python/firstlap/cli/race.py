@@ -12,7 +12,6 @@ from rich.progress import BarColumn, Progress, TextColumn
 from rich.table import Table
 
 from firstlap import _core
-from firstlap.car_file import load_car
 from firstlap.cli.common import (
     CarOption,
     ConditionOption,
@@ -20,9 +19,11 @@ from firstlap.cli.common import (
     JsonOption,
     LapsOption,
     LatencyOption,
+    LidarOption,
     SetOption,
     SetupOption,
     TrackArgument,
+    chosen_car,
     chosen_options,
     chosen_setup,
     console,
@@ -50,6 +51,7 @@ def race(
     seed: Annotated[int, typer.Option("--seed", min=0, help="Of everything random.")] = 1,
     reverse: Annotated[bool, typer.Option("--reverse", help="Drive the other way round.")] = False,
     car: CarOption = "default",
+    lidar: LidarOption = None,
     options: ConditionOption = None,
     latency: LatencyOption = "none",
     true_pose: Annotated[
@@ -73,7 +75,7 @@ def race(
         chosen = _with_true_pose(chosen)
     latency_options(latency)
     conditions = chosen_options(options)
-    loaded_car = load_car(car)
+    loaded_car = chosen_car(car, lidar)
     loaded = load_track(track)
 
     def drive(look: Callable[[_core.Race], object], preparing: Look) -> RaceResult:

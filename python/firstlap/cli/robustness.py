@@ -11,14 +11,15 @@ from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemaini
 from rich.table import Table
 
 from firstlap import __version__
-from firstlap.car_file import load_car
 from firstlap.cli.common import (
     CarOption,
     ConditionOption,
     JsonOption,
     LapsOption,
+    LidarOption,
     SetOption,
     SetupOption,
+    chosen_car,
     chosen_options,
     chosen_setup,
     console,
@@ -49,6 +50,7 @@ def robustness(
         int, typer.Option("--places", min=1, max=1_000, help="Sudden obstacles per lap, on the line and beside it.")
     ] = 8,
     car: CarOption = "default",
+    lidar: LidarOption = None,
     options: ConditionOption = None,
     plot: Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Write a picture of the curves.")] = None,
     as_json: JsonOption = False,
@@ -60,7 +62,7 @@ def robustness(
 
         check_writable(plot, PICTURES)
     chosen = chosen_sweeps(sweeps)
-    races = Robustness(chosen_setup(setup, changes), load_car(car), laps, chosen_options(options))
+    races = Robustness(chosen_setup(setup, changes), chosen_car(car, lidar), laps, chosen_options(options))
     loaded = {spec: load_track(spec) for spec in expand(tracks)}
     interrupted = False
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())

@@ -10,15 +10,16 @@ from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemaini
 from rich.table import Table
 
 from firstlap import __version__
-from firstlap.car_file import load_car
 from firstlap.cli.common import (
     CarOption,
     ConditionOption,
     DriverOption,
     JsonOption,
     LapsOption,
+    LidarOption,
     SetOption,
     SetupOption,
+    chosen_car,
     chosen_options,
     chosen_setup,
     console,
@@ -46,11 +47,12 @@ def survey(
     seeds: Annotated[int, typer.Option("--seeds", min=1, max=10_000, help="Seeds 1 to K for each track.")] = 3,
     both: Annotated[bool, typer.Option("--both", help="Both directions.")] = False,
     car: CarOption = "default",
+    lidar: LidarOption = None,
     options: ConditionOption = None,
     as_json: JsonOption = False,
 ) -> int:
     """Race many tracks, directions and seeds on all cores: is a setup safe? Exits 0 when every race finished."""
-    races = Survey(chosen_setup(setup, changes, driver), load_car(car), laps, chosen_options(options))
+    races = Survey(chosen_setup(setup, changes, driver), chosen_car(car, lidar), laps, chosen_options(options))
     specs = expand(tracks)
     interrupted = False
     bar_columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())

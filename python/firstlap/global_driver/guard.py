@@ -8,12 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from firstlap import _core
 from firstlap.car_file import Car
 from firstlap.global_driver.params import GuardParams
 from firstlap.localisation.localiser import ScanHeader
 from firstlap.mpc.horizon import COURSE, OFFSET, Plan, S
 from firstlap.mpc.line_table import LineTable
 from firstlap.mpc.model import Model
+from firstlap.scan import laser_of, ray_ends
 from firstlap.tracks.track import FloatArray
 
 CRAWL = 0.3
@@ -64,26 +66,27 @@ class Body:
     rear: float
     front: float
     half_width: float
-    laser_x: float
+    laser: tuple[float, float]
 
     @classmethod
     def of(cls, car: Car) -> Body:
         """Of a car."""
         g = car.core.values()["geometry"]
         rear = -float(g["rear_overhang"])
-        return cls(rear, rear + float(g["length"]), 0.5 * float(g["width"]), float(g["laser_x"]))
+        return cls(rear, rear + float(g["length"]), 0.5 * float(g["width"]), laser_of(g))
 
 
 def returns(
     ranges: npt.NDArray[np.float32], header: ScanHeader, speed: float, yaw_rate: float, body: Body, reach: float
 ) -> FloatArray:
     """(N, 2) returns nearer than `reach` [m] in base_link at the end of the sweep, which the car's motion bends."""
-    index = np.flatnonzero((ranges > header.range_min) & (ranges < min(reach, header.range_max)))
+    good = _core.scan_returns(ranges, header.range_min, header.range_max).astype(bool)
+    index = np.flatnonzero(good & (ranges < reach))
     distance = ranges[index].astype(np.float64)
     angle = header.angle_min + header.angle_increment * index
     before = header.time_increment * (len(ranges) - 1 - index)
     turn = -yaw_rate * before
-    x, y = body.laser_x + distance * np.cos(angle), distance * np.sin(angle)
+    x, y = ray_ends(body.laser, angle, distance).T
     c, s = np.cos(turn), np.sin(turn)
     back = speed * before
     return np.column_stack([c * x - s * y - back * np.cos(0.5 * turn), s * x + c * y - back * np.sin(0.5 * turn)])

@@ -91,7 +91,7 @@ def map_track(
             look("mapping lap", seen.travelled, track.length + settings.get("drive.overlap"))
         return not seen.closed or seen.overlap < settings.get("drive.overlap")
 
-    return finish(_run(mapper, drive, going), float(_laser_x(car)), look)
+    return finish(_run(mapper, drive, going), _laser(car), look)
 
 
 def map_observations(
@@ -115,10 +115,10 @@ def map_observations(
     _run(mapper, observations, going)
     if not mapper.closed:
         raise InputError(f"{name}: {_no_loop(mapper)}")
-    return finish(mapper, float(_laser_x(car)), look)
+    return finish(mapper, _laser(car), look)
 
 
-def finish(mapper: Mapper, laser_x: float, look: Look = _look_away) -> MapResult:
+def finish(mapper: Mapper, laser: tuple[float, float], look: Look = _look_away) -> MapResult:
     """Pose graph and drawing, after the last scan. Raises InputError."""
     count = len(mapper.keyframes)
     before = np.array([keyframe.pose for keyframe in mapper.keyframes])
@@ -128,9 +128,7 @@ def finish(mapper: Mapper, laser_x: float, look: Look = _look_away) -> MapResult
         edges = mapper.edges(poses)
         scale = mapper.odometry_scale(edges)
         poses = optimise(mapper, edges, poses, scale)
-    drawn = draw_map(
-        mapper.keyframes, poses, laser_x, mapper.settings, lambda number: look("drawing", number + 1, count)
-    )
+    drawn = draw_map(mapper.keyframes, poses, laser, mapper.settings, lambda number: look("drawing", number + 1, count))
     return MapResult(drawn, poses, before, mapper, len(edges), scale)
 
 
@@ -157,5 +155,6 @@ def _no_loop(mapper: Mapper) -> str:
     )
 
 
-def _laser_x(car: Car) -> float:
-    return float(car.core.get("geometry", "laser_x"))  # type: ignore[arg-type]
+def _laser(car: Car) -> tuple[float, float]:
+    x, y = (float(car.core.get("geometry", name)) for name in ("laser_x", "laser_y"))  # type: ignore[arg-type]
+    return x, y

@@ -59,11 +59,14 @@ class OccupancyMap:
 def draw_map(
     keyframes: list[Keyframe],
     poses: FloatArray,
-    laser_x: float,
+    laser: tuple[float, float],
     settings: MapSettings,
     look: Callable[[int], object] = lambda _: None,
 ) -> OccupancyMap:
-    """The map of scans at poses (N, 3). look: told the number of each scan drawn. Raises InputError."""
+    """The map of scans at poses (N, 3). Raises InputError.
+
+    laser: x, y in base_link [m]. look: told the number of each scan drawn.
+    """
     reach, resolution = settings.get("grid.range_use"), settings.get("grid.resolution")
     corners = np.vstack(
         [
@@ -81,7 +84,7 @@ def draw_map(
     except ValueError as error:
         raise InputError(str(error)) from None
     for number, (keyframe, pose) in enumerate(zip(keyframes, poses, strict=True)):
-        grid.add(tuple(pose), laser_x, keyframe.points)
+        grid.add(tuple(pose), laser, keyframe.points)
         look(number)
     x, y, yaw = (float(value) for value in poses[0])
     return OccupancyMap(

@@ -68,8 +68,8 @@ def _batch(
     return Batch(
         times=np.asarray(np.round(numbers * (about.scan_period or 0.0) * 1e9), dtype=np.int64),
         scan_time=about.scan_period or 0.0,
-        ranges=columns["ranges"],
-        headers=np.tile(np.array(about.header), (len(numbers), 1)),
+        ranges=np.split(columns["ranges"], np.cumsum(columns["sizes"])[:-1]),
+        headers=columns["headers"],
         measured=columns["measured"],
         truth=(truth["pose"][rows], truth["motion"][rows]) if len(truth["pose"]) else None,
         columns=columns,

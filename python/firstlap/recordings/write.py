@@ -176,7 +176,8 @@ class _Log:
         self._writer.start(profile="ros2", library=f"firstlap {about.version}")
         self._writer.add_metadata(RECORD, about.to_metadata())
         self._channels = {topic: self._register(topic, kind) for topic, kind in TOPICS.items()}
-        self._laser = np.array([float(about.setup.params(about.car.core).get("car", "laser_x")), 0.0, 0.0])
+        car = about.setup.params(about.car.core)
+        self._laser = np.array([float(car.get("car", "laser_x")), float(car.get("car", "laser_y")), 0.0])
         self._odom = np.zeros(3)
         self._last: tuple[int, float, float] | None = None
         self._flushed = time.monotonic()

@@ -94,7 +94,6 @@ class SimNode(Node):
         except ValueError as error:
             raise InputError(f"{self.track.name}: {error}") from None
         names = gym_names(len(self.world)) if gym else our_names(len(self.world), value_of(self, "namespaces"))
-        self.header = self.world.header
         self.period = self.world.period
         self.wires = [self._wire(i, name) for i, name in enumerate(names)]
         self._shared(gym)
@@ -286,7 +285,9 @@ class SimNode(Node):
         if value_of(self, "nan_scans"):
             ranges[:] = np.nan
         frame = value_of(self, "scan_frame") or wires.names.laser_frame
-        message = make.scan(stamp, frame, ranges, self.header, self.period, bool(value_of(self, "end_stamps")))
+        message = make.scan(
+            stamp, frame, ranges, self.world.header(index), self.period, bool(value_of(self, "end_stamps"))
+        )
         delay = value_of(self, "delay")
         if delay <= 0.0:
             wires.scan.publish(message)

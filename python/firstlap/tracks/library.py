@@ -8,6 +8,7 @@ from __future__ import annotations
 import difflib
 from pathlib import Path
 
+from firstlap.data_folder import data_folder
 from firstlap.errors import InputError
 from firstlap.tracks.track import Track
 from firstlap.yaml_text import parse_mapping, read_text
@@ -19,11 +20,7 @@ TRACK_FILES = (".yaml", ".yml", *CENTERLINES)
 
 def tracks_folder() -> Path:
     """Where our own tracks lie: in the installed package, or in the source checkout around it."""
-    package = Path(__file__).resolve().parents[1]
-    for folder in (package / "data" / "tracks", package.parents[1] / "tracks"):
-        if folder.is_dir():
-            return folder
-    raise InputError(f"{package}: no tracks folder; expected data/tracks in the package or tracks in the checkout")
+    return data_folder("tracks")
 
 
 def list_tracks() -> list[str]:

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from firstlap.colours import INK, PAPER, PATH, rgb
+from firstlap.scan import laser_of
 from firstlap.view.layers import BODY
 from firstlap.view.pens import Sheet, Solid, Strokes
 from firstlap.view.shapes import Mesh, arrow, chain, disc, merged, moved, prism
@@ -36,7 +37,7 @@ class CarShape:
             (Solid(sheet, f"{node}/front_{name}", _wheel(), rgb(INK)), side * self._track)
             for name, side in (("left", 1.0), ("right", -1.0))
         ]
-        Solid(sheet, f"{node}/laser", disc(0.025), rgb(PATH)).show(geometry["laser_x"], 0.0, ROOF + 0.01, 0.0)
+        Solid(sheet, f"{node}/laser", disc(0.025), rgb(PATH)).show(*laser_of(geometry), ROOF + 0.01, 0.0)
         self._arrow = Solid(sheet, f"{node}/command", arrow(ARROW, 0.02, 0.13), rgb(INK), visible=False)
 
     def show(self, steering_angle: float, commanded: float) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 from firstlap.colours import BAD, FREE, INK, LEFT, RETURN, RIGHT, rgb
 from firstlap.colours import LINE as LINE_COLOUR
 from firstlap.colours import PATH as PATH_COLOUR
+from firstlap.scan import laser_of
 from firstlap.view.frame import Points
 from firstlap.view.layers import AIM, KNOWN, LINE, PATH, RETURNS
 from firstlap.view.local_shapes import RING, STROKE
@@ -23,7 +24,7 @@ class OpponentShapes:
 
     def __init__(self, sheet: Sheet, geometry: Mapping[str, float]) -> None:
         self._geometry = geometry
-        self._laser = np.array([geometry["laser_x"], 0.0])
+        self._laser = np.array(laser_of(geometry))
         self._returns = Cloud(sheet, f"{RETURNS.node}/all", rgb(RETURN), 0.04, 0.03)
         self._known = Cloud(sheet, f"{KNOWN.node}/walls", rgb(INK, 0.45), 0.035, 0.012)
         self._line = Cloud(sheet, f"{LINE.node}/racing", rgb(LINE_COLOUR), 0.035, 0.015)

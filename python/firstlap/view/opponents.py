@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from firstlap.scan import laser_of, ray_ends
 from firstlap.view.frame import Points
 from firstlap.view.shapes import NOTHING, Segments, chain, column_in, found_in, joined, number_in, points_in
 
@@ -60,7 +61,7 @@ def _returns_only(trace: Mapping[str, Any], geometry: Mapping[str, float]) -> Dr
 
 def _ends(geometry: Mapping[str, float], angles: Values, ranges: Values) -> Points:
     """(N, 2) ends of rays from the laser."""
-    return np.column_stack([geometry["laser_x"] + ranges * np.cos(angles), ranges * np.sin(angles)])
+    return ray_ends(laser_of(geometry), angles, ranges)
 
 
 def _beams(trace: Mapping[str, Any], count: int) -> Values:
@@ -129,7 +130,7 @@ def _pid(trace: Mapping[str, Any], geometry: Mapping[str, float]) -> Drawing:
     returns = _returns(trace, geometry)
     if not len(returns):
         return Drawing()
-    laser = np.array([geometry["laser_x"], 0.0])
+    laser = np.array(laser_of(geometry))
     preview, error = number_in(trace, "preview"), number_in(trace, "error")
     ahead = laser + np.array([preview, 0.0])
     command = column_in({"angle": list(trace.get("result", ()))[1:2]}, "angle")

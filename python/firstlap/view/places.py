@@ -13,6 +13,7 @@ import numpy.typing as npt
 from firstlap.car_file import Car
 from firstlap.frames import Frames
 from firstlap.ros.conversions import seconds, yaw_of
+from firstlap.scan import ray_ends
 from firstlap.view.frame import Pose
 from firstlap.view.laps import LapBook
 
@@ -105,7 +106,7 @@ def clearance(points: npt.NDArray[np.float64], car: Car) -> float | None:
     return float(np.sqrt((aside * aside).sum(axis=1).min()))
 
 
-def points_of(trace: dict[str, Any], laser_x: float) -> npt.NDArray[np.float64]:
+def points_of(trace: dict[str, Any], laser: tuple[float, float]) -> npt.NDArray[np.float64]:
     """(N, 2) returns in base_link [m] of a trace, whoever's it is."""
     if "points" in trace:
         return np.asarray(trace["points"], dtype=np.float64).reshape(-1, 2)
@@ -113,4 +114,4 @@ def points_of(trace: dict[str, Any], laser_x: float) -> npt.NDArray[np.float64]:
     if not len(ranges):
         return np.zeros((0, 2))
     angles = float(trace["first_beam"]) + float(trace["beam_step"]) * np.arange(len(ranges))
-    return np.column_stack([laser_x + ranges * np.cos(angles), ranges * np.sin(angles)])
+    return ray_ends(laser, angles, ranges)

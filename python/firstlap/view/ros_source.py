@@ -20,12 +20,12 @@ from firstlap.ros import require_ros
 from firstlap.ros.car_link import CarLink
 from firstlap.ros.conversions import scan_reason, to_scan
 from firstlap.ros.trace_message import Told, decode
-from firstlap.scan import Mount
+from firstlap.scan import Mount, laser_of, ray_ends, returns
 from firstlap.setup_file import Setup, load_setup
 from firstlap.view.drove import changed_from
 from firstlap.view.frame import Frame, Scenery
 from firstlap.view.holding import Holding
-from firstlap.view.places import Places, clearance, geometry, points_of
+from firstlap.view.places import Places, clearance, points_of
 
 NODE = "firstlap_drive"
 MAP_TOPIC = "/map"
@@ -206,7 +206,7 @@ class RosSource(Holding):
     def _show_trace(self, told: Told, trace: dict[str, Any]) -> None:
         places = self._places
         shown = trace or self._fresh_scan()
-        near = clearance(points_of(shown, geometry(self.car, "laser_x")), self.car)
+        near = clearance(points_of(shown, self._laser()), self.car)
         if near is not None and told.going:
             places.book.near(near)
         places.book.drove.by(None if self._stale else self._setup)
@@ -247,10 +247,8 @@ class RosSource(Holding):
         self._scan_at = time.monotonic()
         scan = to_scan(message, self._mounted(message.header.frame_id))
         angles = scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges))
-        good = np.isfinite(scan.ranges) & (scan.ranges > scan.range_min) & (scan.ranges < scan.range_max)
-        reach = np.where(good, scan.ranges, 0.0).astype(np.float64)
-        x = geometry(self.car, "laser_x") + reach * np.cos(angles)
-        self._scan = {"points": np.column_stack([x, reach * np.sin(angles)])[good]}
+        good = returns(scan)
+        self._scan = {"points": ray_ends(self._laser(), angles[good], scan.ranges[good])}
         if self._scan_at - self._trace_at >= LOST:
             self._show_without(self._why())
 
@@ -261,10 +259,14 @@ class RosSource(Holding):
             if place is not None:
                 mount = mount_of(place)
                 self.car.core.set("geometry", "laser_x", mount.x)
+                self.car.core.set("geometry", "laser_y", mount.y)
                 return mount
         except ValueError:
             pass  # a laser that leans: the driving node says so, here its scan is shown all the same
-        return Mount(geometry(self.car, "laser_x"), 0.0, 0.0, False)
+        return Mount(*self._laser(), 0.0, False)
+
+    def _laser(self) -> tuple[float, float]:
+        return laser_of(self.car.core.values()["geometry"])
 
     def _on_map(self, message: Any) -> None:
         from firstlap.ros.map_walls import walls_of

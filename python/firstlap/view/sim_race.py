@@ -213,7 +213,7 @@ class SimRace:
         self.number += 1
         if self.driving is None:
             return
-        scan = Scan(self.world.ranges(CAR), *self.world.header)
+        scan = Scan(self.world.ranges(CAR), *self.world.header(CAR))
         speed, yaw_rate, steering_angle = self.world.measured(CAR)
         dt = self.period * (self._scan - self._driven_scan)
         self._driven_scan = self._scan
