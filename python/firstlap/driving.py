@@ -13,7 +13,8 @@ from firstlap.racer import Command, step_core
 from firstlap.scan import Mount, Scan
 from firstlap.setup_file import Setup, choose_setup
 
-LASER_X = "car.laser_x"
+LASER = ("laser_x", "laser_y")
+"""Of the section `car`: where the laser sits."""
 
 
 class Driving:
@@ -27,7 +28,7 @@ class Driving:
         self.kind = driver_kind(setup.driver)
         if self.kind.needs_map and preparation is None:
             raise InputError(f"driver {self.kind.name} needs a map of the track: it cannot drive a car that knows none")
-        self.laser_x: float | None = None
+        self.laser: tuple[float, float] | None = None
         self.handle = self._new()
 
     @staticmethod
@@ -46,6 +47,14 @@ class Driving:
         has = "car" in self.kind.fields.sections
         return float(self.setup.get("car.steering_limit") if has else CAR_FIELDS.find("steering_limit", "car").default)
 
+    @property
+    def laser_given(self) -> tuple[float, float]:
+        """x, y [m] of the laser as the setup says; (0, 0) where its driver has no car."""
+        if "car" not in self.kind.fields.sections:
+            return 0.0, 0.0
+        x, y = (float(self.setup.get(f"car.{name}")) for name in LASER)
+        return x, y
+
     def change(self, values: Mapping[str, Value]) -> None:
         """New parameters while driving. Raises InputError, and then nothing has changed."""
         self.take(self.setup.with_values(values))
@@ -61,9 +70,10 @@ class Driving:
 
     def mount(self, mount: Mount) -> None:
         """The laser sits there. Raises InputError where the method's range does not have it."""
-        self.laser_x = mount.x
         if "car" in self.kind.fields.sections:
-            self.kind.fields.check(self.kind.fields.find(LASER_X, "laser"), mount.x, "laser")
+            for name, value in zip(LASER, (mount.x, mount.y), strict=True):
+                self.kind.fields.check(self.kind.fields.find(f"car.{name}", "laser"), value, "laser")
+        self.laser = (mount.x, mount.y)
         self._apply()
 
     def step(self, scan: Scan, speed: float, yaw_rate: float, steering_angle: float, dt: float) -> Command:
@@ -97,6 +107,7 @@ class Driving:
 
     def _params(self) -> _core.Params:
         params = self.setup.params(self.car.core if self.car else None)
-        if self.laser_x is not None and "car" in self.kind.fields.sections:
-            params.set("car", "laser_x", self.laser_x)
+        if self.laser is not None and "car" in self.kind.fields.sections:
+            for name, value in zip(LASER, self.laser, strict=True):
+                params.set("car", name, value)
         return params

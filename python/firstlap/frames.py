@@ -17,8 +17,6 @@ Matrix = npt.NDArray[np.float64]
 MAX_DEPTH = 32
 LEVEL = 0.2
 """[rad] a planar laser may lean and still be used."""
-ASIDE = 0.05
-"""[m] it may sit beside the middle of the car."""
 
 
 def matrix(transform: Any) -> Matrix:
@@ -77,7 +75,5 @@ def mount_of(place: Matrix) -> Mount:
     up = float(place[2, 2])
     if abs(up) < math.cos(LEVEL):
         raise ValueError(f"the laser leans by {math.degrees(math.acos(min(abs(up), 1.0))):.0f} degrees")
-    if abs(place[1, 3]) > ASIDE:
-        raise ValueError(f"the laser sits {place[1, 3]:.2f} m beside the middle of the car; {ASIDE} m is allowed")
     yaw = math.atan2(place[1, 0], place[0, 0])
     return Mount(float(place[0, 3]), float(place[1, 3]), yaw, up < 0.0)

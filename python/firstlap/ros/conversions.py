@@ -10,10 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from firstlap.ros.periods import BOUNDS
-from firstlap.scan import Mount, Scan
-
-NAN_SHARE = 0.5
-"""More NaN than this in a scan, and it is no measurement."""
+from firstlap.scan import Judgement, Mount, Scan, judge
 
 
 def seconds(stamp: Any) -> float:
@@ -27,22 +24,6 @@ def set_stamp(stamp: Any, time: float) -> None:
     stamp.sec, stamp.nanosec = int(whole), min(round((time - whole) * 1e9), 999_999_999)
 
 
-def scan_reason(message: Any) -> str:
-    """Why a LaserScan must not be used, by its own header; empty when it may."""
-    count = len(message.ranges)
-    if count < 2:
-        return f"{count} beams"
-    header = (message.angle_min, message.angle_max, message.angle_increment, message.time_increment)
-    if not all(math.isfinite(value) for value in header) or message.angle_increment == 0.0:
-        return "its header is not finite"
-    span = message.angle_min + message.angle_increment * (count - 1)
-    if abs(message.angle_max - span) > 2.0 * abs(message.angle_increment):
-        return f"{count} beams do not fit its angles"
-    ranges = np.frombuffer(message.ranges, dtype=np.float32)
-    lost = np.count_nonzero(np.isnan(ranges))
-    return f"{100.0 * lost / count:.0f} % of it is NaN" if lost > NAN_SHARE * count else ""
-
-
 def sweep_of(message: Any) -> float:
     """[s] from the first beam of a LaserScan to its last, no longer than a scan that can be driven by."""
     return min(abs(message.time_increment) * len(message.ranges), BOUNDS["scan"].most)
@@ -53,6 +34,14 @@ def to_scan(message: Any, mount: Mount) -> Scan:
     ranges = np.frombuffer(message.ranges, dtype=np.float32)
     first, step = mount.turned(message.angle_min, message.angle_increment)
     return Scan(ranges, first, step, message.time_increment, message.range_min, message.range_max)
+
+
+def judged(message: Any, mount: Mount, period: float) -> tuple[Scan, Judgement]:
+    """A LaserScan turned as the laser is mounted, and what the core says of it. period: [s] between scans; 0: not
+    known."""
+    scan = to_scan(message, mount)
+    last, _ = mount.turned(message.angle_max, message.angle_increment)
+    return scan, judge(scan, period, last)
 
 
 def float_array(values: npt.NDArray[np.float32]) -> array.array[float]:

@@ -23,7 +23,7 @@ from firstlap.driving import Driving
 from firstlap.errors import InputError
 from firstlap.frames import Frames, mount_of
 from firstlap.ros.claims import HEARTBEAT
-from firstlap.ros.conversions import scan_reason, seconds, set_stamp, sweep_of, to_scan
+from firstlap.ros.conversions import judged, seconds, set_stamp, sweep_of
 from firstlap.ros.diagnostics import Health
 from firstlap.ros.emergency import EmergencyStop
 from firstlap.ros.kept_stop import EMERGENCY, KeptStop
@@ -37,7 +37,7 @@ from firstlap.ros.rivals import Rivals
 from firstlap.ros.safety import DEADMAN, DeadMan, Stamps, Watchdog, button_of, within
 from firstlap.ros.traces import Traces
 from firstlap.ros.vehicle_state import ESTIMATE_FIELDS, StateSource
-from firstlap.scan import Mount
+from firstlap.scan import Mount, Scan
 
 NAME = "firstlap_drive"
 CHECK_PERIOD = 0.02
@@ -74,6 +74,7 @@ class DriveNode(LifecycleNode):
         self.steps = dict.fromkeys(BOUNDS, 0.0)
         self.mount: Mount | None = None
         self.mount_frame: str | None = None
+        self.remarked: set[str] = set()
         self.steering = 0.0
         self.refusal = ""
         self.emergency = EmergencyStop(
@@ -442,29 +443,40 @@ class DriveNode(LifecycleNode):
             elif self.mount_frame is not None and frame != self.mount_frame:
                 return f"frame {frame} where it was {self.mount_frame}"
             else:
-                laser_x = self.driving.setup.get("car.laser_x") if "car" in self.driving.kind.fields.sections else 0.0
-                mount = Mount(float(laser_x), 0.0, float(value_of(self, "laser_yaw")), False)
+                mount = Mount(*self.driving.laser_given, float(value_of(self, "laser_yaw")), False)
             self.driving.mount(mount)
         except (ValueError, InputError) as error:
             return str(error)
         self.mount, self.mount_frame = mount, frame
         return ""
 
+    def _judged(self, message: Any) -> tuple[Scan | None, str]:
+        """The scan as the driver takes it; and why it must not be used, empty when it may."""
+        reason = self._frame_reason(message.header.frame_id)
+        if reason or self.mount is None:
+            return None, reason
+        scan, found = judged(message, self.mount, self.periods["scan"].seconds)
+        for remark in found.remarks:
+            about = remark.partition(" ")[0]
+            if about not in self.remarked:  # once: it is the same of every scan, but for its numbers
+                self.remarked.add(about)
+                self.get_logger().warning(remark)
+        return scan, found.reason
+
     def on_scan(self, message: Any) -> None:
         """The loop: one scan in, one command out."""
         began = time.perf_counter()
-        reason = scan_reason(message) or self._frame_reason(message.header.frame_id)
+        scan, reason = self._judged(message)
         sweep = sweep_of(message)
         if not self._take("scan", message, reason, max(sweep, self.periods["scan"].seconds)):
             return
         stamp, dt = seconds(message.header.stamp), self.steps["scan"]
         self.health.scan(dt, self.periods["scan"].seconds)
-        if self.mount:
-            self.watch.hear_scan(to_scan(message, self.mount), self._when(message) + sweep, self.mount)
-        if not (self.active and self.may_drive() and self.mount):
+        if scan and self.mount:
+            self.watch.hear_scan(scan, self._when(message) + sweep, self.mount)
+        if not (self.active and self.may_drive() and scan):
             return
         speed, yaw_rate, steering_angle = self.state.at(self.steering)
-        scan = to_scan(message, self.mount)
         before = time.perf_counter()
         command = self.driving.step(scan, speed, yaw_rate, steering_angle, min(dt, LONGEST_STEP) or FIRST_STEP)
         spent = time.perf_counter() - before

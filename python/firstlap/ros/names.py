@@ -35,7 +35,7 @@ DRIVE = (
     Entry("go", False, "drive as soon as all is there, without a person's consent: for the simulator", fixed=True),
     Entry("managed", False, "a lifecycle manager configures the node; false: it does that itself", fixed=True),
     Entry("base_frame", "base_link", "middle of the rear axle", fixed=True),
-    Entry("laser_from_tf", True, "the laser's place comes from TF; false: from car.laser_x, turned by laser_yaw"),
+    Entry("laser_from_tf", True, "the laser's place comes from TF; false: car.laser_x, laser_y, turned by laser_yaw"),
     Entry("laser_yaw", 0.0, "[rad] of the laser, where TF does not say it", -3.2, 3.2),
     Entry("fuse_state", False, "fuse wheel speed, yaw rate and wheel angle, for poor odometry", fixed=True),
     Entry("check_odometry", True, "odometry that contradicts scans, poses or commands stops the car", fixed=True),
@@ -86,7 +86,6 @@ FAULTS = (
     Entry("nan_imu", False, "the IMU's yaw rate is NaN"),
     Entry("drop_steering", 0.0, "share of measured wheel angles that are not published", 0.0, 1.0),
     Entry("scan_beams", 0, "so many beams only; 0: all", 0, 10000),
-    Entry("vary_beams", 0, "up to so many beams fewer, another number in every scan", 0, 10000),
     Entry("end_stamps", False, "scans are stamped at their last beam, not at their first"),
     Entry("scan_frame", "", "frame of the scans; empty: the right one"),
 )

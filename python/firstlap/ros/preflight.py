@@ -9,19 +9,22 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from contextlib import suppress
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from firstlap.car_file import CAR_FIELDS
+from firstlap.driving import LASER
+from firstlap.errors import InputError
 from firstlap.ros.periods import Bounds, Period, rate_reason, timeout_of
 from firstlap.ros.safety import Stamps
+from firstlap.scan import Judgement, Mount, Scan, returns
 
-VALID = 0.3
-"""Share of beams that must return."""
 STANDS = 0.1
 """[m/s], [rad/s] of a car that stands."""
+SEEN = 0.005
+"""[m] from which it is said that the laser sits aside."""
 TURNED = 0.25
 """[rad] that the car must be turned before its signs are compared."""
 SCALE = 0.1
@@ -98,18 +101,28 @@ def check_stamps(name: str, sample: Sample, max_age: float, took: float = 0.0) -
     return Check(name, True, f"{1e3 * age:.0f} ms old")
 
 
-def check_scan(sample: Sample, reason: str) -> Check:
-    """Enough beams return, and none inside the car. reason: of `scan_reason`."""
-    if sample.last is None:
+def check_scan(scan: Scan | None, judgement: Judgement) -> Check:
+    """Whether the node could drive by it, and what is worth knowing of it."""
+    if scan is None:
         return Check("scan's beams", None, "nothing to look at")
-    if reason:
-        return Check("scan's beams", False, reason)
-    ranges = np.asarray(sample.last.ranges)
-    good = np.isfinite(ranges) & (ranges > sample.last.range_min) & (ranges < sample.last.range_max)
-    share = float(good.mean())
-    if share < VALID:
-        return Check("scan's beams", False, f"only {100 * share:.0f} % return; {100 * VALID:.0f} % are needed")
-    return Check("scan's beams", True, f"{len(ranges)} beams, {100 * share:.0f} % return")
+    if judgement.reason:
+        return Check("scan's beams", False, judgement.reason)
+    share = f"{len(scan.ranges)} beams, {100 * float(returns(scan).mean()):.0f} % return"
+    return Check("scan's beams", True, "; ".join((share, *judgement.remarks)))
+
+
+def check_mount(mount: Mount, base: str) -> Check:
+    """Where the laser sits, and whether the method has it there."""
+    try:
+        for name, value in zip(LASER, (mount.x, mount.y), strict=True):
+            CAR_FIELDS.check(CAR_FIELDS.find(f"geometry.{name}", "laser"), value, "laser")
+    except InputError as error:
+        return Check("laser's place", False, str(error))
+    aside = (
+        f", {abs(mount.y):.2f} m {'left' if mount.y > 0.0 else 'right'} of its middle" if abs(mount.y) >= SEEN else ""
+    )
+    where = f"{mount.x:.2f} m ahead of {base}{aside}, turned by {math.degrees(mount.yaw):.0f}°"
+    return Check("laser's place", True, where + (", upside down" if mount.upside_down else ""))
 
 
 def check_standing(sample: Sample) -> Check:
@@ -256,18 +269,15 @@ class Listener:
 
     def _watch_scan(self, message: Any) -> None:
         """Where its place is known, and it can be used, odometry is held against it."""
-        from firstlap.frames import mount_of
-        from firstlap.ros.conversions import scan_reason, sweep_of, to_scan
+        from firstlap.ros.conversions import judged, sweep_of
 
-        if self.value("laser_from_tf"):
-            place = self.frames.find(self.value("base_frame"), message.header.frame_id)
-        else:
-            place = np.eye(4)
-        if place is not None and not scan_reason(message):
-            with suppress(ValueError):
-                mount = mount_of(place)
-                self.watch.hear_scan(to_scan(message, mount), self._when(message) + sweep_of(message), mount)
-                self.watch.work()
+        mount, place = self._laser()
+        if place is not None and not place.good:
+            return
+        scan, judgement = judged(message, mount, 0.0)
+        if not judgement.reason:
+            self.watch.hear_scan(scan, self._when(message) + sweep_of(message), mount)
+            self.watch.work()
 
     def _when(self, message: Any) -> float:
         """[s] of a message, as the driving node takes it."""
@@ -296,8 +306,7 @@ class Listener:
 
     def look(self, seconds: float) -> list[Check]:
         """Everything that can be seen without moving the car."""
-        from firstlap.frames import mount_of
-        from firstlap.ros.conversions import scan_reason, sweep_of
+        from firstlap.ros.conversions import judged, sweep_of
         from firstlap.ros.periods import BOUNDS
 
         self.listen(10.0, lambda: bool(self.scan.arrivals and self.odom.arrivals))
@@ -307,26 +316,21 @@ class Listener:
         self.listen(seconds)
         scan_topic, odom_topic, drive_topic = (self.value(f"{name}_topic") for name in ("scan", "odom", "drive"))
         took = max(sweep_of(self.scan.last), self.scan.period) if self.scan.last else 0.0
+        mount, place = self._laser()
+        scan, judgement = None, Judgement("none", "", ())
+        if self.scan.last:
+            scan, judgement = judged(self.scan.last, mount, self.scan.period)
         checks = [
             check_rate("scan", scan_topic, self.scan, self.value("scan_timeout"), BOUNDS["scan"]),
             check_stamps("scan's clock", self.scan, self.value("max_age"), took),
-            check_scan(self.scan, scan_reason(self.scan.last) if self.scan.last else ""),
+            check_scan(scan, judgement),
             check_rate("odometry", odom_topic, self.odom, self.value("odom_timeout"), BOUNDS["odom"]),
             check_stamps("odometry's clock", self.odom, self.value("max_age")),
             check_standing(self.odom),
             check_agreement(self.watch.remarks, self.watch.compared),
         ]
-        if self.scan.last and self.value("laser_from_tf"):
-            base, frame = self.value("base_frame"), self.scan.last.header.frame_id
-            place = self.frames.find(base, frame)
-            try:
-                if place is None:
-                    raise ValueError(f"no transform from {base} to {frame}: publish it, or laser_from_tf:=false")
-                mount = mount_of(place)
-                where = f"{mount.x:.2f} m ahead of {base}, turned by {math.degrees(mount.yaw):.0f}°"
-                checks.append(Check("laser's place", True, where + (", upside down" if mount.upside_down else "")))
-            except ValueError as error:
-                checks.append(Check("laser's place", False, str(error)))
+        if place:
+            checks.append(place)
         resolved = self.node.resolve_topic_name(drive_topic)
         self.listen(NAMED, lambda: UNNAMED not in self._commanders(resolved))
         others = [name for name in self._commanders(resolved) if name != "firstlap_preflight"]
@@ -334,6 +338,24 @@ class Listener:
             others.remove("firstlap_drive")  # one of them is meant to command; a second is not
         checks.append(check_drive(resolved, self.node.count_subscribers(resolved), others))
         return checks
+
+    def _laser(self) -> tuple[Mount, Check | None]:
+        """Where the laser sits, ahead where nobody says it; and what is to be said of that."""
+        from firstlap.frames import mount_of
+
+        ahead = Mount(0.0, 0.0, 0.0, False)
+        if not (self.scan.last and self.value("laser_from_tf")):
+            return ahead, None
+        base, frame = self.value("base_frame"), self.scan.last.header.frame_id
+        place = self.frames.find(base, frame)
+        if place is None:
+            said = f"no transform from {base} to {frame}: publish it, or laser_from_tf:=false"
+            return ahead, Check("laser's place", False, said)
+        try:
+            mount = mount_of(place)
+        except ValueError as error:
+            return ahead, Check("laser's place", False, str(error))
+        return mount, check_mount(mount, base)
 
     def _commanders(self, topic: str) -> list[str]:
         """Names of the nodes that publish there, one for each that does."""

@@ -12,6 +12,7 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState, LaserScan
 
 from firstlap.ros.conversions import float_array, quaternion_of, set_stamp, yaw_of
+from firstlap.scan import Mount
 from firstlap.tracks.track import Track
 
 CELL = 0.05
@@ -89,6 +90,15 @@ def transform(stamp: float, parent: str, child: str, pose: Any) -> TransformStam
     place = message.transform
     place.translation.x, place.translation.y = float(pose[0]), float(pose[1])
     place.rotation.z, place.rotation.w = quaternion_of(float(pose[2]))
+    return message
+
+
+def laser_place(parent: str, child: str, mount: Mount) -> TransformStamped:
+    """Where the laser sits: for /tf_static. Upside down is a roll of 180 degrees."""
+    message = transform(0.0, parent, child, (mount.x, mount.y, mount.yaw))
+    if mount.upside_down:
+        turn = message.transform.rotation
+        turn.x, turn.y, turn.z, turn.w = turn.w, turn.z, 0.0, 0.0
     return message
 
 

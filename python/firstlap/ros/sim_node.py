@@ -21,13 +21,15 @@ from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
 from firstlap import _core
-from firstlap.car_file import load_car
+from firstlap.car_file import Car, load_car
+from firstlap.driving import LASER
 from firstlap.errors import InputError
 from firstlap.parameters import FieldTable
 from firstlap.ros import sim_messages as make
 from firstlap.ros.names import FAULTS, SIM, Entry
 from firstlap.ros.node_parameters import declare_entries, declare_fields, value_of
 from firstlap.ros.sim_topics import GYM_LASER_X, CarNames, gym_names, our_names
+from firstlap.scan import Mount
 from firstlap.simulate import core_track
 from firstlap.tracks.library import load_track
 
@@ -123,15 +125,9 @@ class SimNode(Node):
         self.create_subscription(PoseWithCovarianceStamped, "initialpose", self.on_initial_pose, 1)
         if len(self.wires) > 1 or gym:
             self.create_service(Trigger, "~/reset", self.on_reset_all)
-        laser_x = float(self.car.core.get("geometry", "laser_x"))  # type: ignore[arg-type]
-        self.tf_static.publish(
-            TFMessage(
-                transforms=[
-                    make.transform(0.0, w.names.base_frame, w.names.laser_frame, (laser_x, 0.0, 0.0))
-                    for w in self.wires
-                ]
-            )
-        )
+        mount = _mount(self.car)
+        frames = [(wires.names.base_frame, wires.names.laser_frame) for wires in self.wires]
+        self.tf_static.publish(TFMessage(transforms=[make.laser_place(base, laser, mount) for base, laser in frames]))
         self.map = self.create_publisher(OccupancyGrid, "/map", LATCHED)
         self.map.publish(make.occupancy(self.track))
 
@@ -279,15 +275,11 @@ class SimNode(Node):
         beams = int(value_of(self, "scan_beams"))
         if beams:
             ranges = ranges[:beams]
-        fewer = int(value_of(self, "vary_beams"))
-        if fewer:
-            ranges = ranges[: max(len(ranges) - int(self._rng.integers(0, fewer + 1)), 2)]
         if value_of(self, "nan_scans"):
             ranges[:] = np.nan
         frame = value_of(self, "scan_frame") or wires.names.laser_frame
-        message = make.scan(
-            stamp, frame, ranges, self.world.header(index), self.period, bool(value_of(self, "end_stamps"))
-        )
+        header = (*self.world.own_angles(index), *self.world.header(index)[2:])
+        message = make.scan(stamp, frame, ranges, header, self.period, bool(value_of(self, "end_stamps")))
         delay = value_of(self, "delay")
         if delay <= 0.0:
             wires.scan.publish(message)
@@ -327,6 +319,12 @@ class SimNode(Node):
             for index, wires in enumerate(self.wires)
         ]
         return {"track": self.track.name, "time": self.world.time, "time_given_up": self.given_up, "cars": cars}
+
+
+def _mount(car: Car) -> Mount:
+    x, y = (float(car.core.get("geometry", name)) for name in LASER)  # type: ignore[arg-type]
+    yaw, upside_down = car.core.get("lidar", "yaw"), car.core.get("lidar", "upside_down")
+    return Mount(x, y, float(yaw), bool(upside_down))  # type: ignore[arg-type]
 
 
 def _pose(truth: dict[str, float]) -> Any:

@@ -18,7 +18,7 @@ from firstlap.frames import mount_of
 from firstlap.parameters import Field, Value
 from firstlap.ros import require_ros
 from firstlap.ros.car_link import CarLink
-from firstlap.ros.conversions import scan_reason, to_scan
+from firstlap.ros.conversions import judged
 from firstlap.ros.trace_message import Told, decode
 from firstlap.scan import Mount, laser_of, ray_ends, returns
 from firstlap.setup_file import Setup, load_setup
@@ -242,10 +242,10 @@ class RosSource(Holding):
 
     def _on_scan(self, message: Any) -> None:
         """Kept for when the driver shows nothing."""
-        if scan_reason(message):
+        scan, judgement = judged(message, self._mounted(message.header.frame_id), 0.0)
+        if judgement.reason:
             return
         self._scan_at = time.monotonic()
-        scan = to_scan(message, self._mounted(message.header.frame_id))
         angles = scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges))
         good = returns(scan)
         self._scan = {"points": ray_ends(self._laser(), angles[good], scan.ranges[good])}

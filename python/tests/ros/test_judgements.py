@@ -15,7 +15,7 @@ from firstlap.driving import Driving
 from firstlap.errors import InputError
 from firstlap.frames import Frames, mount_of
 from firstlap.ros import require_ros
-from firstlap.ros.conversions import scan_reason, to_scan
+from firstlap.ros.conversions import judged, to_scan
 from firstlap.ros.periods import BOUNDS
 from firstlap.ros.preflight import (
     Check,
@@ -23,6 +23,7 @@ from firstlap.ros.preflight import (
     check_agreement,
     check_drive,
     check_forward,
+    check_mount,
     check_rate,
     check_scale,
     check_scan,
@@ -51,15 +52,33 @@ def scan_message(ranges: Any, **changes: Any) -> Any:
     return SimpleNamespace(**{**message, **changes})
 
 
-def test_a_scan_that_is_no_measurement_is_named() -> None:
+AHEAD = Mount(0.27, 0.0, 0.0, False)
+
+
+def reason_of(message: Any, mount: Mount = AHEAD, period: float = 0.025) -> str:
+    """Why the node would not use a scan."""
+    return judged(message, mount, period)[1].reason
+
+
+def test_a_scan_that_is_no_measurement_is_named_by_the_judge_of_all() -> None:
     good = np.ones(100)
-    assert scan_reason(scan_message(good)) == ""
-    assert scan_reason(scan_message(np.full(100, np.inf))) == "", "no return is a measurement"
-    assert "NaN" in scan_reason(scan_message(np.full(100, np.nan)))
-    assert "angles" in scan_reason(scan_message(good, angle_max=9.0))
-    assert "finite" in scan_reason(scan_message(good, angle_min=math.nan))
+    assert reason_of(scan_message(good)) == ""
+    for spelled in (math.nan, math.inf, 0.0):
+        assert "0 of 100 beams return" in reason_of(scan_message(np.full(100, spelled)))
+    assert "angle_max" in reason_of(scan_message(good, angle_max=9.0))
+    assert "finite" in reason_of(scan_message(good, angle_min=math.nan))
+    assert "degrees" in reason_of(scan_message(good, angle_min=-135.0, angle_increment=2.7, angle_max=132.3))
     off_by_one = scan_message(np.ones(1080), angle_increment=4.7 / 1080, angle_min=-2.35, angle_max=2.35)
-    assert scan_reason(off_by_one) == "", "as f1tenth_gym_ros has it"
+    assert reason_of(off_by_one) == "", "as f1tenth_gym_ros has it"
+    behind = scan_message(good, angle_min=-0.5, angle_increment=0.01, angle_max=0.49)
+    assert reason_of(behind) == ""
+    assert "no beam points ahead" in reason_of(behind, Mount(0.27, 0.0, math.pi, False))
+
+
+def test_a_sweep_longer_than_the_period_is_worth_a_remark_and_no_reason() -> None:
+    scan, judgement = judged(scan_message(np.ones(100), time_increment=0.01), AHEAD, 0.1)
+    assert (judgement.reason, len(scan.ranges)) == ("", 100)
+    assert any("time_increment" in remark for remark in judgement.remarks)
 
 
 def test_a_laser_upside_down_or_turned_gives_the_same_points() -> None:
@@ -174,8 +193,11 @@ def test_parameters_change_while_driving_and_a_bad_one_changes_nothing() -> None
 def test_the_laser_may_sit_only_where_the_method_has_it() -> None:
     driving = Driving(firstlap.load_setup("sure"))
     driving.mount(Mount(0.1, 0.0, 0.0, False))
+    driving.mount(Mount(0.27, 0.12, 0.0, False))
     with pytest.raises(InputError, match="laser_x"):
         driving.mount(Mount(3.0, 0.0, 0.0, False))
+    with pytest.raises(InputError, match="laser_y"):
+        driving.mount(Mount(0.27, -0.9, 0.0, False))
 
 
 @pytest.mark.parametrize("turn", [0.5, -0.5])
@@ -199,8 +221,12 @@ def test_preflight_says_what_is_wrong() -> None:
     assert (
         "hole of 1000 ms" in check_rate("scan", "/scan", Sample([*steady, 1.975], [], None), 0.0, BOUNDS["scan"]).said
     )
-    assert check_scan(Sample([], [], scan_message(np.ones(100))), "").good
-    assert check_scan(Sample([], [], scan_message(np.full(100, np.inf))), "").good is False
+    assert check_scan(*judged(scan_message(np.ones(100)), AHEAD, 0.025)).good
+    assert check_scan(*judged(scan_message(np.full(100, np.inf)), AHEAD, 0.025)).good is False
+    assert check_mount(Mount(0.27, 0.12, 0.0, False), "base_link").said.startswith(
+        "0.27 m ahead of base_link, 0.12 m left"
+    )
+    assert "laser_y" in check_mount(Mount(0.27, 0.9, 0.0, False), "base_link").said
     assert check_drive("/drive", 0, []).good is False
     assert check_drive("/drive", 1, ["joy"]).good is False
     assert check_forward(0.7, 0.7).good
@@ -264,3 +290,15 @@ def test_preflight_takes_stamps_as_the_node_does() -> None:
     assert check_stamps("clock", Sample([], [0.0], None), 0.15, 0.2).good, "stamped at its last"
     assert "0.21 s old" in check_stamps("clock", Sample([], [0.21], None), 0.15).said
     assert check_stamps("clock", Sample([], [9.0], None), 0.0).good
+
+
+def test_a_laser_beside_the_middle_drives_the_same_way(arena: firstlap.Track) -> None:
+    x, y = (float(value) for value in arena.to_arrays()["centerline"][0])
+    commands = []
+    for aside in (0.0, 0.15):
+        driving = Driving(firstlap.load_setup("sure"))
+        driving.mount(Mount(0.27, aside, 0.0, False))
+        seen = Lidar(arena).scan(x + 0.27, y + aside, 0.0)
+        commands.append(driving.step(to_scan(scan_message(seen), AHEAD), 2.0, 0.0, 0.0, 0.025))
+    assert commands[0].status == "ok"
+    assert commands[1].steering_angle == pytest.approx(commands[0].steering_angle, abs=0.02)
