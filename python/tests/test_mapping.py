@@ -180,7 +180,7 @@ def _recording(path: Path, **changes: Any) -> None:
         ({}, "no loop closes in 3.0"),
         ({"speed": None, "yaw_rate": None}, "no odometry"),
         ({"ranges": None}, "ranges"),
-        ({"ranges": np.full((60, 541), np.nan, dtype=np.float32)}, "match nothing"),
+        ({"ranges": np.full((60, 541), np.nan, dtype=np.float32)}, "no scan can be used: 0 of 541 beams return"),
     ],
 )
 def test_a_recording_that_gives_no_map_says_why(cli: Cli, tmp_path: Path, changes: dict[str, Any], words: str) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 
 import bags
@@ -388,8 +389,82 @@ def test_scans_that_do_not_fit_their_own_header_are_left_out_and_counted(tmp_pat
     items[10] = items[10]._replace(message=bags.scan(items[10].time, nothing, beams_by_header=271))
     recording = load_recording(bags.write_rosbag2(tmp_path / "a", items))
     assert len(recording) == 29
-    assert "10 scans left out: as many beams as do not fit" in remarks(recording)
-    assert "1 scans left out: no beams" in remarks(recording)
+    assert (
+        "10 scans left out: 100 beams from -2.35619 rad by 0.0174533 rad do not end at angle_max 2.35619 rad"
+        in remarks(recording)
+    )
+    assert "1 scans left out: 0 beams; at least 2 are needed" in remarks(recording)
+
+
+def with_scans(change: Callable[[object, int], None], count: int = 40) -> list[bags.Entry]:
+    """A corridor whose scans were changed; change(message, index)."""
+    items = bags.entries(count)
+    for i, item in enumerate(item for item in items if item.topic == "/scan"):
+        change(item.message, i)
+    return items
+
+
+def in_degrees(message: object, _: int) -> None:
+    message.angle_min, message.angle_max, message.angle_increment = -135.0, 135.0, 1.0  # type: ignore[attr-defined]
+
+
+def in_millimeters(message: object, _: int) -> None:
+    message.ranges = 1000.0 * message.ranges  # type: ignore[attr-defined]
+    message.range_max = 30000.0  # type: ignore[attr-defined]
+
+
+def backward_time(message: object, _: int) -> None:
+    message.time_increment = -1e-5  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (in_degrees, "are the angles in degrees?"),
+        (in_millimeters, "are the ranges in millimeters or centimeters?"),
+        (backward_time, "time_increment is -1e-05 s; it must be 0 or more"),
+    ],
+)
+def test_scans_that_the_planner_would_refuse_are_refused_with_the_judges_reason(cli, tmp_path, change, words):
+    path = bags.write_rosbag2(tmp_path / "a", with_scans(change))
+    for command in (("replay", path), ("explain", path, "--scan", 0)):
+        said = cli(*command)
+        assert said.code == 2
+        assert "no scan of /scan can be used: " in said.err
+        assert words in said.err
+
+
+def test_single_scans_that_see_nothing_stay_and_are_said(tmp_path):
+    def blind(message: object, index: int) -> None:
+        if 10 <= index < 15:
+            message.ranges = np.full(271, np.inf, dtype=np.float32)  # type: ignore[attr-defined]
+
+    recording = load_recording(bags.write_rosbag2(tmp_path / "a", with_scans(blind)))
+    assert len(recording) == 40
+    assert "5 scans cannot be used: 0 of 271 beams return" in remarks(recording)
+
+
+def test_a_sweep_that_lasts_longer_than_the_period_is_said_once(tmp_path):
+    def long(message: object, _: int) -> None:
+        message.time_increment = 1e-3  # type: ignore[attr-defined]
+
+    recording = load_recording(bags.write_rosbag2(tmp_path / "a", with_scans(long)))
+    assert remarks(recording).count("time_increment makes the sweep last 0.27 s") == 1
+    assert "(in 40 of 40 scans)" in remarks(recording)
+
+
+def test_a_laser_that_looks_back_is_refused_until_it_is_said_how_it_is_mounted(tmp_path):
+    items = [bags.Entry("/tf_static", bags.TF, 0, bags.mounted(0.2, 0.0, np.pi))]
+    path = bags.write_rosbag2(tmp_path / "b", [*items, *with_scans(narrow)])
+    with pytest.raises(InputError, match=r"no beam points ahead.*--laser"):
+        load_recording(path)
+    assert len(load_recording(path, Topics(laser=parse_laser("0.2,0,0")))) == 40
+
+
+def narrow(message: object, _: int) -> None:
+    """Sixty degrees to either side."""
+    message.angle_min, message.angle_max = -np.pi / 3, np.pi / 3  # type: ignore[attr-defined]
+    message.angle_increment = 2.0 * np.pi / 3 / 270  # type: ignore[attr-defined]
 
 
 def test_metadata_that_lies_about_counts_is_said(tmp_path):

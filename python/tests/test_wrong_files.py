@@ -50,8 +50,8 @@ def test_a_device_is_not_read(cli):
     [
         ({"angle_min": np.nan}, "'angle_min' is not one finite number"),
         ({"angle_increment": np.inf}, "'angle_increment' is not one finite number"),
-        ({"angle_increment": 0.0}, "'angle_increment' is 0"),
-        ({"range_max": -1.0}, "'range_max' is -1"),
+        ({"angle_increment": 0.0}, "no scan can be used: angle_increment is 0"),
+        ({"range_max": -1.0}, "no scan can be used: range_max -1 m is not above range_min 0.02 m"),
         ({"ranges": np.zeros((0, 50)), "stamps": np.zeros(0)}, "'ranges' is"),
         ({"ranges": np.zeros((3, 0))}, "'ranges' is"),
     ],

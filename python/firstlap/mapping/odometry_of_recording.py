@@ -12,7 +12,6 @@ from firstlap.estimation.odometry_check import Contradiction, Odometry, Pair, St
 from firstlap.mapping.scan_motion import ScanMotion, ScanStep, as_steps
 from firstlap.recordings import Recording
 from firstlap.recordings.laser import car_of
-from firstlap.scan import Scan
 
 STRIDE = 5
 """Steps between two judgments."""
@@ -86,12 +85,8 @@ def steps_of(recording: Recording, car: Car, begin: float, end: float) -> Steps:
     motion = ScanMotion(car_of(recording, car))
     found: list[ScanStep] = []
     for i in range(int(first), min(int(last) + 1, len(recording))):
-        step = motion.add(_scan(recording, i), float(recording.stamps[i]))
+        step = motion.add(recording.scan(i), float(recording.stamps[i]))
         if step is not None:
             found.append(step)
     commands = recording.commands
     return as_steps(found, recording.stamps, np.full(len(recording), np.nan) if commands is None else commands.speed)
-
-
-def _scan(recording: Recording, i: int) -> Scan:
-    return Scan(np.ascontiguousarray(recording.ranges[i], dtype=np.float32), *(float(v) for v in recording.headers[i]))

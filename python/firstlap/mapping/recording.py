@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
 
@@ -10,7 +11,6 @@ from firstlap.errors import InputError
 from firstlap.mapping.observation import Observation, motion_of
 from firstlap.mapping.poses import between
 from firstlap.recordings import Recording
-from firstlap.scan import Scan
 from firstlap.tracks.track import FloatArray
 
 
@@ -26,16 +26,13 @@ def observations(recording: Recording) -> Iterator[Observation]:
     """One after the other. Poses count only where they are odometry's, never where they are a map's."""
     poses = _odometry(recording)
     motions = _from_states(recording) if poses is None else np.vstack([np.zeros(3), between(poses[:-1], poses[1:])])
-    for i, ranges in enumerate(recording.ranges):
-        header = [float(value) for value in recording.headers[i]]
+    for i in range(len(recording)):
         yield Observation(
             time=float(recording.stamps[i]),
             speed=float(recording.speed[i]),
             yaw_rate=float(recording.yaw_rate[i]),
             motion=motions[i],
-            scan=lambda ranges=ranges, header=header: Scan(  # type: ignore[misc]
-                np.ascontiguousarray(ranges, dtype=np.float32), *header
-            ),
+            scan=partial(recording.scan, i),
         )
 
 

@@ -19,7 +19,7 @@ from firstlap.recordings.log_messages import BASE
 from firstlap.recordings.messages import TRANSFORMS, Stored, Topic, decode
 from firstlap.recordings.paths import name_of
 from firstlap.recordings.recording import Recording
-from firstlap.recordings.scans import Scans, collect, nanoseconds
+from firstlap.recordings.scans import BLIND, Scans, collect, nanoseconds
 from firstlap.recordings.state import Series, Sources, commands_at, in_radians, series, states_at
 from firstlap.recordings.topics import Roles, Topics, choose
 
@@ -64,16 +64,17 @@ class _Assembly:
         self.known: dict[str, list[tuple[int, Any]]] = {}
 
     def recording(self) -> Recording:
-        scans = collect(self.decoded(self.roles.scan))
-        self.remarks += scans.remarks
-        if not scans.ranges:
-            raise InputError(f"{self.path}: no scan of {self.roles.scan.name} can be read ({'; '.join(self.remarks)})")
-        self.check_counts()
         about = self.about()
+        mounting = self.mounting(about)
+        scans = collect(self.decoded(self.roles.scan), mounting.mount)
+        self.remarks += [*mounting.remarks, *scans.remarks]
+        if not scans.usable:
+            why = scans.reason or "; ".join(self.remarks)
+            why += f"; {OPTION} says how it is mounted" if scans.fault == BLIND else ""
+            raise InputError(f"{self.path}: no scan of {self.roles.scan.name} can be used: {why}")
+        self.check_counts()
         line = timeline(_ended(scans, about), scans.logged)
         self.remarks += line.remarks
-        mounting = self.mounting(scans.frame, about)
-        self.remarks += mounting.remarks
         origin = int(line.times[0])
         times = (line.times - origin) / 1e9
         held = self.sources(line, origin)
@@ -138,15 +139,18 @@ class _Assembly:
             self.remarks.append(str(error))
             return None
 
-    def mounting(self, frame: str, about: About | None) -> Mounting:
+    def mounting(self, about: About | None) -> Mounting:
         """Where the laser sits; of a log of ours its own car says it. Raises InputError."""
         if self.wanted.laser is not None:
             return Mounting(self.wanted.laser, OPTION)
         if about is not None:
             return UNKNOWN
         children = [message.child_frame_id.lstrip("/") for _, message in self.decoded(self.roles.odom)[:1]]
+        frames = [message.header.frame_id.lstrip("/") for _, message in self.decoded(self.roles.scan)[:1]]
         static, moving = self.transforms(types.TF_STATIC), self.transforms(types.TF)
-        return mounting_by_frames(static, moving, [BASE, *filter(None, children)], frame.lstrip("/"), str(self.path))
+        return mounting_by_frames(
+            static, moving, [BASE, *filter(None, children)], frames[0] if frames else "", str(self.path)
+        )
 
     def transforms(self, name: str) -> Iterator[Any]:
         """The messages of the topics so called, in any namespace."""

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from firstlap.recordings.recording import Recording
+from firstlap.scan import returns
 from firstlap.setup_file import Setup
 
 SCANS = 300
@@ -43,12 +44,12 @@ def find_body(recording: Recording, setup: Setup) -> BodyMask | None:
     if float(np.sum(np.abs(recording.speed) * recording.dts)) < WAY or len(driving) < 20:
         return None
     chosen = driving[:: -(-len(driving) // SCANS)]
-    angle_min, angle_increment, _, range_min, range_max = recording.headers[chosen[0]]
+    angle_min, angle_increment = recording.headers[chosen[0], :2]
     beams_at = angle_min + angle_increment * np.arange(size)
     angles = np.abs(np.remainder(beams_at + np.pi, 2.0 * np.pi) - np.pi)  # wherever the scan begins
     sideways = np.flatnonzero(angles > SIDEWAYS)
-    ranges = np.array([recording.ranges[i][sideways] for i in chosen], dtype=np.float64)
-    ranges[~((ranges > range_min) & (ranges < range_max))] = np.nan
+    seen = [np.where(returns(recording.scan(i)), recording.ranges[i], np.nan)[sideways] for i in chosen]
+    ranges = np.array(seen, dtype=np.float64)
     often = np.mean(np.isfinite(ranges), axis=0) >= OFTEN
     if not np.any(often):
         return None

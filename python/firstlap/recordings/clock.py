@@ -45,6 +45,12 @@ class Timeline(NamedTuple):
         return apart if abs(apart) > CLOCKS_APART else 0.0
 
 
+def usual_period(times: Nanoseconds) -> int:
+    """[ns] from one of (N,) times to the next, in the median of those that advance."""
+    steps = np.diff(times)
+    return int(np.median(steps[steps > 0])) if np.any(steps > 0) else USUAL_PERIOD
+
+
 def sweep(time_increment: float, beams: int, period: float) -> int:
     """[ns] from a scan's first ray, which its stamp is of, to its last, which the planner takes it to be of.
 
@@ -56,8 +62,7 @@ def sweep(time_increment: float, beams: int, period: float) -> int:
 
 def sweeps(time_increments: Floats, beams: list[int], stamped: Nanoseconds) -> Nanoseconds:
     """(N,) [ns], one each; `sweep`."""
-    steps = np.diff(stamped)
-    period = float(np.median(steps[steps > 0])) / 1e9 if np.any(steps > 0) else USUAL_PERIOD / 1e9
+    period = usual_period(stamped) / 1e9
     each = [sweep(increment, count, period) for increment, count in zip(time_increments, beams, strict=True)]
     return np.array(each, dtype=np.int64)
 
@@ -74,8 +79,7 @@ def timeline(ended: Nanoseconds, logged: Nanoseconds) -> Timeline:
     said = f"{wrong} of {len(ended)} stamps do not advance ({standing} stand still, {wrong - standing} jump back)"
     if np.all(np.diff(logged) > 0):
         return Timeline(logged, "log", [f"{said}: the times of logging are used", *_gaps(logged)])
-    steps = np.diff(ended)
-    usual = int(np.median(steps[steps > 0])) if np.any(steps > 0) else USUAL_PERIOD
+    steps, usual = np.diff(ended), usual_period(ended)
     times = (ended[0] + np.concatenate([[0], np.cumsum(np.where(steps > 0, steps, usual))])).astype(np.int64)
     remark = f"{said}, nor do the times of logging: the usual {usual / 1e6:.1f} ms are taken there"
     return Timeline(times, "repaired", [remark, *_gaps(times)], int(np.median(logged - times)))

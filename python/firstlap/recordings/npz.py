@@ -13,14 +13,15 @@ import numpy as np
 import numpy.typing as npt
 
 from firstlap.errors import InputError
-from firstlap.recordings.clock import USUAL_PERIOD, periods, sweeps, timeline
+from firstlap.recordings.clock import USUAL_PERIOD, periods, sweeps, timeline, usual_period
 from firstlap.recordings.laser import OPTION, UNKNOWN, Mounting, turned
 from firstlap.recordings.messages import check_magic
 from firstlap.recordings.paths import name_of
 from firstlap.recordings.recording import Recording
+from firstlap.recordings.scans import Findings
 from firstlap.recordings.state import Series, Sources, commands_at, in_radians, series, states_at
 from firstlap.recordings.topics import NONE, Topics
-from firstlap.scan import Mount
+from firstlap.scan import Mount, Scan, judge
 
 Floats = npt.NDArray[np.float64]
 HEADER = {"angle_min": None, "angle_increment": None, "time_increment": 0.0, "range_min": 0.02, "range_max": 30.0}
@@ -45,8 +46,8 @@ def load_npz(path: Path, wanted: Topics) -> Recording:
     ranges = _ranges(arrays, path)
     count = len(ranges)
     header = [_single(arrays, key, default, path) for key, default in HEADER.items()]
-    _check_header(dict(zip(HEADER, header, strict=True)), path)
     stamps, remarks = _stamps(_per_scan(arrays, "stamps", count, path), count)
+    remarks += _judged(ranges, header, _whole(stamps - stamps[0]), path)
     logged = _per_scan(arrays, "bag_stamps", count, path)
     headers = np.tile(np.array(header), (count, 1))
     stamps = stamps + sweeps(headers[:, 2], [ranges.shape[1]] * count, _whole(stamps - stamps[0])) / 1e9
@@ -121,12 +122,16 @@ def _single(arrays: Mapping[str, npt.NDArray[Any]], key: str, default: float | N
     return float(value.reshape(-1)[0])
 
 
-def _check_header(header: Mapping[str, float], path: Path) -> None:
-    if header["angle_increment"] == 0.0:
-        raise InputError(f"{path}: 'angle_increment' is 0; expected radians from one beam to the next")
-    if header["range_max"] <= max(header["range_min"], 0.0):
-        shortest = max(header["range_min"], 0.0)
-        raise InputError(f"{path}: 'range_max' is {header['range_max']:g}; expected metres above {shortest:g}")
+def _judged(
+    ranges: npt.NDArray[np.float32], header: list[float], stamps: npt.NDArray[np.int64], path: Path
+) -> list[str]:
+    """What the judge remarks. Raises InputError where it takes none of the scans."""
+    findings, period = Findings(), usual_period(stamps) / 1e9
+    for one in ranges:
+        findings.keeps(judge(Scan(one, *header), period))
+    if not findings.usable:
+        raise InputError(f"{path}: no scan can be used: {findings.reason}")
+    return findings.remarks()
 
 
 def _per_scan(arrays: Mapping[str, npt.NDArray[Any]], key: str, count: int, path: Path) -> Floats | None:

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from firstlap.errors import InputError
 from firstlap.recordings.about import About
-from firstlap.scan import Mount
+from firstlap.scan import Mount, Scan
 
 Floats = npt.NDArray[np.float64]
 
@@ -71,6 +71,10 @@ class Recording:
 
     def __len__(self) -> int:
         return len(self.ranges)
+
+    def scan(self, index: int) -> Scan:
+        """One of them, as drivers take it."""
+        return Scan(np.ascontiguousarray(self.ranges[index], dtype=np.float32), *self.headers[index].tolist())
 
     @property
     def duration(self) -> float:

@@ -1,4 +1,4 @@
-"""From decoded LaserScan messages to arrays: what fits is used, the rest is counted."""
+"""From LaserScan messages to arrays: the core's judge says which scans are used, the rest is counted."""
 
 from __future__ import annotations
 
@@ -8,49 +8,102 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from firstlap.recordings.clock import usual_period
+from firstlap.scan import Judgement, Mount, Scan, judge
+
 Floats = npt.NDArray[np.float64]
 Nanoseconds = npt.NDArray[np.int64]
 
+USABLE = "none"
+BLIND = "blind_ahead"
+"""The fault that another mounting mends."""
+OF_RANGES = ("no_returns", "nothing_in_reach")
+"""Faults of what a scan saw, not of its header: such scans are kept, for the planner to hold at as on the car."""
+WORTH_SAYING = 0.1
+"""Share of the scans that must have a remark of the judge's for it to be said."""
+
 
 class Scans(NamedTuple):
-    """ranges: N float32 arrays; headers (N, 5) as messages have them; stamped, logged (N,) [ns]; frame: the laser's."""
+    """ranges: N float32 arrays; headers (N, 5) as messages have them; stamped, logged (N,) [ns].
+
+    usable: how many of them the planner takes. fault, reason: the commonest of those that it does not; empty where
+    there are none.
+    """
 
     ranges: list[npt.NDArray[np.float32]]
     headers: Floats
     stamped: Nanoseconds
     logged: Nanoseconds
+    usable: int
+    fault: str
+    reason: str
     remarks: list[str]
-    frame: str = ""
 
 
-def collect(messages: list[tuple[int, Any]]) -> Scans:
-    """Scans of (time of logging [ns], LaserScan), in their order."""
-    ranges: list[npt.NDArray[np.float32]] = []
-    headers: list[tuple[float, float, float, float, float]] = []
-    stamped: list[int] = []
-    logged: list[int] = []
-    refused: Counter[str] = Counter()
-    for time, scan in messages:
-        why = _wrong(scan)
-        if why:
-            refused[why] += 1
-            continue
-        ranges.append(np.ascontiguousarray(scan.ranges, dtype=np.float32))
-        headers.append((scan.angle_min, scan.angle_increment, scan.time_increment, scan.range_min, scan.range_max))
-        stamped.append(nanoseconds(scan.header.stamp))
-        logged.append(time)
-    remarks = [f"{count} scans left out: {why}" for why, count in refused.items()]
-    sizes = Counter(len(one) for one in ranges)
-    if len(sizes) > 1:
-        listed = ", ".join(f"{count} of {size} beams" for size, count in sizes.most_common(4))
-        remarks.append(f"the scans change size: {listed}; each is read by its own header")
+class Findings:
+    """What the judge said of one scan after the other, counted."""
+
+    def __init__(self) -> None:
+        self.usable = self._total = 0
+        self._faults: dict[str, list[str]] = {}
+        self._remarks: dict[str, list[str]] = {}
+
+    def keeps(self, judgement: Judgement) -> bool:
+        """Counts it; whether the scan belongs to the recording."""
+        self._total += 1
+        if judgement.fault == USABLE:
+            self.usable += 1
+        else:
+            self._faults.setdefault(judgement.fault, []).append(judgement.reason)
+        for remark in judgement.remarks:
+            self._remarks.setdefault(_without_numbers(remark), []).append(remark)
+        return judgement.fault == USABLE or judgement.fault in OF_RANGES
+
+    @property
+    def fault(self) -> str:
+        """The commonest one; empty where there is none."""
+        return max(self._faults, key=lambda fault: len(self._faults[fault])) if self._faults else ""
+
+    @property
+    def reason(self) -> str:
+        """Of the commonest fault, in the words of its first scan."""
+        return self._faults[self.fault][0] if self._faults else ""
+
+    def remarks(self) -> list[str]:
+        """One line for each kind, in the words of its first scan."""
+        said = []
+        for fault, reasons in self._faults.items():
+            what = "scans cannot be used" if fault in OF_RANGES else "scans left out"
+            said.append(f"{len(reasons)} {what}: {reasons[0]}")
+        often = [found for found in self._remarks.values() if len(found) >= WORTH_SAYING * self._total]
+        return [*said, *(f"{found[0]} (in {len(found)} of {self._total} scans)" for found in often)]
+
+
+def _without_numbers(text: str) -> str:
+    return "".join(" " if letter.isdigit() or letter in ".-" else letter for letter in text)
+
+
+def collect(messages: list[tuple[int, Any]], mount: Mount | None) -> Scans:
+    """Scans of (time of logging [ns], LaserScan), in their order. mount: of the laser, where it is known."""
+    period = usual_period(np.array([nanoseconds(scan.header.stamp) for _, scan in messages], dtype=np.int64)) / 1e9
+    findings, kept = Findings(), list[tuple[int, Any]]()
+    for time, message in messages:
+        scan, angle_max = _mounted(message, mount)
+        if findings.keeps(judge(scan, period, angle_max)):
+            kept.append((time, message))
+    ranges = [np.ascontiguousarray(scan.ranges, dtype=np.float32) for _, scan in kept]
+    headers = [
+        (scan.angle_min, scan.angle_increment, scan.time_increment, scan.range_min, scan.range_max) for _, scan in kept
+    ]
     return Scans(
         ranges,
         np.array(headers, dtype=np.float64).reshape(-1, 5),
-        np.array(stamped, dtype=np.int64),
-        np.array(logged, dtype=np.int64),
-        remarks,
-        str(messages[0][1].header.frame_id) if messages else "",
+        np.array([nanoseconds(scan.header.stamp) for _, scan in kept], dtype=np.int64),
+        np.array([time for time, _ in kept], dtype=np.int64),
+        findings.usable,
+        findings.fault,
+        findings.reason,
+        [*findings.remarks(), *_sizes(ranges)],
     )
 
 
@@ -59,15 +112,18 @@ def nanoseconds(stamp: Any) -> int:
     return int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)
 
 
-def _wrong(scan: Any) -> str:
-    count = len(scan.ranges)
-    numbers = (scan.angle_min, scan.angle_increment, scan.time_increment, scan.range_min)
-    if count == 0:
-        return "no beams"
-    if not np.all(np.isfinite(numbers)) or scan.angle_increment == 0.0 or not scan.range_max > scan.range_min:
-        return "a header that makes no sense"
-    spanned = scan.angle_min + scan.angle_increment * (count - 1)
-    # Some drivers count one beam more or less than there are.
-    if abs(spanned - scan.angle_max) > 2.5 * abs(scan.angle_increment):
-        return "as many beams as do not fit their header's angles"
-    return ""
+def _mounted(message: Any, mount: Mount | None) -> tuple[Scan, float]:
+    """The scan as a laser that looks ahead would have it, and its angle_max."""
+    first, step, last = message.angle_min, message.angle_increment, message.angle_max
+    if mount is not None:
+        (first, step), (last, _) = mount.turned(first, step), mount.turned(last, step)
+    ranges = np.ascontiguousarray(message.ranges, dtype=np.float32)
+    return Scan(ranges, first, step, message.time_increment, message.range_min, message.range_max), last
+
+
+def _sizes(ranges: list[npt.NDArray[np.float32]]) -> list[str]:
+    sizes = Counter(len(one) for one in ranges)
+    if len(sizes) < 2:
+        return []
+    listed = ", ".join(f"{count} of {size} beams" for size, count in sizes.most_common(4))
+    return [f"the scans change size: {listed}; each is read by its own header"]

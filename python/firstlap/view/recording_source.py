@@ -20,7 +20,6 @@ from firstlap.parameters import Value
 from firstlap.recordings.laser import car_of
 from firstlap.recordings.recording import Recording
 from firstlap.replay import prepared
-from firstlap.scan import Scan
 from firstlap.setup_file import Setup
 from firstlap.tracks.track import Track
 from firstlap.view.conditions import checked_pace
@@ -91,7 +90,7 @@ class Planner:
     def _step(self, scan: int) -> None:
         recording = self.recording
         speed, yaw_rate, steering_angle = recording.states[scan].tolist()
-        seen = Scan(recording.ranges[scan], *recording.headers[scan].tolist())
+        seen = recording.scan(scan)
         begin = thread_time_ns()
         self.driving.step(seen, speed, yaw_rate, steering_angle, float(recording.dts[scan]))
         self.step_us = 1e-3 * (thread_time_ns() - begin)
