@@ -113,7 +113,9 @@ def test_explain_draws_a_step_of_every_opponent(cli, name):
 
 @pytest.mark.parametrize("name", OPPONENTS)
 def test_explain_draws_a_step_without_data(cli, name):
-    np.savez("lost.npz", ranges=np.full((3, 1081), np.inf), angle_min=-2.3, angle_increment=0.004)
+    ranges = np.full((3, 1081), np.inf)
+    ranges[0] = 2.0
+    np.savez("lost.npz", ranges=ranges, angle_min=-2.3, angle_increment=0.004)
     assert cli("explain", "lost.npz", "--driver", name, "--scan", 1).code == 0
 
 

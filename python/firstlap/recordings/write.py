@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import queue
+import stat
 import threading
 import time
 from dataclasses import dataclass
@@ -161,7 +162,8 @@ def _open_alone(path: Path) -> IO[bytes]:
         raise InputError(f"{path}: cannot be written ({error.strerror or error})") from None
     try:
         lock_open_file(file, path, f"{path}: is being written by another process; expected another file name")
-        file.truncate()
+        if stat.S_ISREG(os.fstat(file.fileno()).st_mode):  # a device or a pipe has no length
+            file.truncate()
     except BaseException:
         file.close()
         raise
