@@ -247,7 +247,7 @@ def test_a_log_that_cannot_be_written_is_one_line(cli, tmp_path):
     (tmp_path / "full.mcap").symlink_to("/dev/full")
     said = cli("race", "oval", "--setup", "base", "--laps", 1, "--record", "full.mcap")
     assert said.code == 2
-    assert said.err == "error: full.mcap: cannot be written (No space left on device)\n"
+    assert said.err == "error: full.mcap: cannot be written (No space left on device); the log ends there\n"
 
 
 def test_a_log_whose_own_record_is_broken_is_still_a_recording(tmp_path):
