@@ -26,6 +26,8 @@ void for_each_section(AnyOptions& options, Visitor&& visit) {
 inline void validate(const Car& car) {
   for_each_section(car, [](std::string_view name, const auto& section) { firstlap::validate(section, name); });
   const Vehicle checks_the_axles(car.geometry, car.vehicle);
+  const Walls nothing;
+  const Lidar checks_the_beams(car.lidar, nothing);
 }
 
 inline void validate(const RaceOptions& options) { firstlap::validate(options, "race"); }
