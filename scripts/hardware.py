@@ -35,9 +35,9 @@ limits that are not numbers, a scan of more than a full turn, a laser that does 
 makes the sweep longer than the scan period is said and not used. One function judges a scan for everybody
 (`cpp/firstlap/scan_check.hpp`); `firstlap preflight` shows what it says.
 
-`--lidar NAME` puts one of these on the simulated car (`race`, `survey`, `compare`, `robustness`, `perception`, `map`);
-`--lidar FILE` takes the section `lidar` of a YAML file, with every field of [parameters.md](parameters.md). They are in
-`lidars/`, after the data sheets. `sure` on six of our tracks, {conditions}:
+`--lidar NAME` puts one of these on the simulated car (`race`, `survey`, `compare`, `robustness`, `perception`,
+`explain`, `map`, `sim`); `--lidar FILE` takes the section `lidar` of a YAML file, with every field of
+[parameters.md](parameters.md). They are in `lidars/`, after the data sheets. `sure` on six of our tracks, {conditions}:
 
 ```sh
 for lidar in {names}; do
@@ -78,7 +78,7 @@ while the car moves) is refused before the start, and stops the car while it dri
 |---|---|---|
 | `default` | 1/10, wheelbase 0.33 m, nonlinear tires, friction 0.75 | simulator; [results.md](results.md) |
 | `nuc2` | ForzaETH's car, as identified by its team | simulator |
-| `gym` | the car of f1tenth_gym | simulator, and f1tenth_gym itself: laps agree within 0.7 % ([peers.md](peers.md)) |
+| `gym` | the car of f1tenth_gym | simulator; beside drivers of others in [peers.md](peers.md) |
 
 Commands go out as `ackermann_msgs/AckermannDriveStamped`, which the muxes of f1tenth_system and race_stack take: their
 sources were read, neither was driven.

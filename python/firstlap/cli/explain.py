@@ -9,8 +9,7 @@ from typing import Annotated
 import typer
 from rich.markup import escape
 
-from firstlap.car_file import load_car
-from firstlap.cli.common import DriverOption, SetOption, chosen_setup, console, note
+from firstlap.cli.common import DriverOption, LidarOption, SetOption, chosen_car, chosen_setup, console, note
 from firstlap.cli.recording import (
     CarOfRecording,
     DriveTopic,
@@ -55,6 +54,7 @@ def explain(
     speed: SpeedOption = None,
     laser: LaserOption = None,
     car: CarOfRecording = None,
+    lidar: LidarOption = None,
     keep_body: KeepBody = False,
     plot: Annotated[Path, typer.Option("--plot", metavar="FILE", help="Where the picture goes.")] = Path("explain.png"),
 ) -> int:
@@ -69,12 +69,14 @@ def explain(
         moment = explain_race(
             load_track(str(what)),
             chosen_setup(setup, changes, driver),
-            load_car(car or "default"),
+            chosen_car(car or "default", lidar),
             at or 0.0,
             seed=seed,
             reverse=reverse,
         )
     else:
+        if lidar is not None:
+            raise InputError("--lidar: a recording has its own; --laser says where it sits")
         topics = topics_of(scan_topic, odom_topic, imu_topic, drive_topic, pose_topic, speed, laser)
         recording = read(recording_file, topics)
         chosen, loaded_car, remarks = setup_and_car(recording, driver, setup, changes, car)

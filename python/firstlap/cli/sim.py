@@ -16,6 +16,7 @@ def sim(
         str,
         typer.Argument(metavar="TRACK", help="One of ours by name, a track file, random:SEED, or a ROS map YAML."),
     ] = "arena",
+    lidar: Annotated[str, typer.Option("--lidar", metavar="LIDAR", help="rplidar_a2, ld19, ... or a YAML file.")] = "",
     car: Annotated[str, typer.Option("--car", metavar="CAR", help="default, nuc2, gym or a YAML file.")] = "",
     cars: Annotated[int, typer.Option("--cars", min=1, max=16, help="Cars on the track, each in its namespace.")] = 1,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Of all noise.")] = 1,
@@ -38,6 +39,7 @@ def sim(
     given: dict[str, Any] = {
         "track": track,
         "car": car,
+        "lidar": lidar,
         "seed": seed,
         "reverse": reverse,
         "factor": factor,

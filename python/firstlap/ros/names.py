@@ -57,6 +57,7 @@ TOLD = (
 SIM = (
     Entry("track", "arena", "one of ours, a track file, random:SEED, or a ROS map YAML", fixed=True),
     Entry("car", "", "default, nuc2, gym or a YAML file; empty: default, with gym_names gym", fixed=True),
+    Entry("lidar", "", "rplidar_a2, ld19, ... or a YAML file; empty: the car's own", fixed=True),
     Entry("reverse", False, "the other way round", fixed=True),
     Entry("seed", 1, "of all noise", 0, 2**31 - 1, fixed=True),
     Entry(

@@ -21,7 +21,7 @@ from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
 from firstlap import _core
-from firstlap.car_file import Car, load_car
+from firstlap.car_file import Car, load_car, with_lidar
 from firstlap.driving import LASER
 from firstlap.errors import InputError
 from firstlap.parameters import FieldTable
@@ -85,7 +85,8 @@ class SimNode(Node):
         self.track = load_track(value_of(self, "track"))
         if value_of(self, "reverse"):
             self.track = self.track.reversed()
-        self.car = load_car(value_of(self, "car") or ("gym" if gym else "default"))
+        car = load_car(value_of(self, "car") or ("gym" if gym else "default"))
+        self.car = with_lidar(car, value_of(self, "lidar") or None)
         if gym:
             self.car.core.set("geometry", "laser_x", GYM_LASER_X)
         options = _core.WorldOptions()
