@@ -16,6 +16,10 @@ double last_beam(const LaserScan& scan) noexcept { return static_cast<double>(sc
 
 double sweep_time(const LaserScan& scan) noexcept { return scan.time_increment * last_beam(scan); }
 
+double usable_sweep_time_of(const LaserScan& scan, double period) noexcept {
+  return usable_sweep_time(scan.time_increment, scan.ranges.size(), period);
+}
+
 // Whether the sector that the beams cover comes within `ahead` of straight ahead.
 bool looks_ahead(const LaserScan& scan) noexcept {
   const double end = scan.angle_min + scan.angle_increment * last_beam(scan);
@@ -37,10 +41,6 @@ bool fits_angle_max(const LaserScan& scan, double angle_max) noexcept {
   return std::abs(angle_max - end) <= angle_max_slack * std::abs(scan.angle_increment);
 }
 
-bool time_usable(const LaserScan& scan, double period) noexcept {
-  return sweep_time(scan) <= (period > 0.0 ? most_periods * period : longest_sweep);
-}
-
 template <class... Numbers>
 std::string text(const char* format, Numbers... numbers) {
   char line[256];
@@ -49,6 +49,12 @@ std::string text(const char* format, Numbers... numbers) {
 }
 
 }  // namespace
+
+double usable_sweep_time(double time_increment, std::size_t beams, double period) noexcept {
+  const double sweep = time_increment * (static_cast<double>(beams) - 1.0);
+  const double longest = period > 0.0 ? most_periods * period : longest_sweep;
+  return time_increment > 0.0 && beams > 1 && sweep <= longest ? sweep : 0.0;
+}
 
 ScanFault judge_header(const LaserScan& scan, const ScanContext& context) noexcept {
   if (scan.ranges.size() < 2) return ScanFault::no_beams;
@@ -68,7 +74,7 @@ ScanJudgement judge(const LaserScan& scan, const ScanContext& context) noexcept 
   judgement.beams = scan.ranges.size();
   judgement.fault = judge_header(scan, context);
   if (!judgement.usable()) return judgement;
-  judgement.time_usable = time_usable(scan, context.period);
+  judgement.time_usable = sweep_time(scan) == usable_sweep_time_of(scan, context.period);
   std::size_t in_reach = 0;
   for (const float range : scan.ranges) {
     const auto r = static_cast<double>(range);
@@ -84,7 +90,7 @@ ScanJudgement judge(const LaserScan& scan, const ScanContext& context) noexcept 
 
 LaserScan with_usable_time(const LaserScan& scan, double period) noexcept {
   LaserScan usable = scan;
-  if (!time_usable(scan, period)) usable.time_increment = 0.0;
+  if (usable_sweep_time_of(scan, period) == 0.0) usable.time_increment = 0.0;
   return usable;
 }
 

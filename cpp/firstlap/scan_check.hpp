@@ -67,6 +67,10 @@ ScanFault judge_header(const LaserScan& scan, const ScanContext& context = {}) n
 // Of header and ranges. Reads every range once.
 ScanJudgement judge(const LaserScan& scan, const ScanContext& context = {}) noexcept;
 
+// From the first beam to the last [s]; 0 where time_increment [s] is negative, not finite, or makes it longer than
+// `period` [s] allows (0: not known).
+double usable_sweep_time(double time_increment, std::size_t beams, double period) noexcept;
+
 // The scan, all beams of one moment where time_increment makes its sweep longer than `period` [s] allows (0: not
 // known).
 LaserScan with_usable_time(const LaserScan& scan, double period) noexcept;

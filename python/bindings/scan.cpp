@@ -42,6 +42,9 @@ void bind_scan(nb::module_& m) {
         "known; angle_max: [rad] as its message states it, NaN not known.");
   m.def("scan_returns", &returns, nb::arg("ranges").noconvert(), nb::arg("range_min"), nb::arg("range_max"),
         "(N,) 1 where a range is a return, 0 for no return however it is spelled.");
+  m.def("usable_sweep_time", &usable_sweep_time, nb::arg("time_increment"), nb::arg("beams"), nb::arg("period"),
+        "[s] from the first beam to the last; 0 where time_increment [s] is negative, not finite, or makes it longer "
+        "than period [s] allows (0: not known).");
 }
 
 }  // namespace firstlap::bindings

@@ -16,6 +16,11 @@ def scan_returns(ranges: Annotated[NDArray[numpy.float32], dict(shape=(None,), o
     (N,) 1 where a range is a return, 0 for no return however it is spelled.
     """
 
+def usable_sweep_time(time_increment: float, beams: int, period: float) -> float:
+    """
+    [s] from the first beam to the last; 0 where time_increment [s] is negative, not finite, or makes it longer than period [s] allows (0: not known).
+    """
+
 class Params:
     """Every parameter of the method, in sections."""
 

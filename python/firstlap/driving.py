@@ -10,11 +10,8 @@ from firstlap.drivers.registry import Handle, Preparation, driver_kind
 from firstlap.errors import InputError
 from firstlap.parameters import Field, Value
 from firstlap.racer import Command, step_core
-from firstlap.scan import Mount, Scan
+from firstlap.scan import LASER, Mount, Scan
 from firstlap.setup_file import Setup, choose_setup
-
-LASER = ("laser_x", "laser_y")
-"""Of the section `car`: where the laser sits."""
 
 
 class Driving:

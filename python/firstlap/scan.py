@@ -11,6 +11,9 @@ import numpy.typing as npt
 
 from firstlap import _core
 
+LASER = ("laser_x", "laser_y")
+"""Of a car's geometry: where the laser sits."""
+
 
 class Scan(NamedTuple):
     """A scan as `step_core` takes it, in the frame of a laser that looks ahead. [m], [rad], [s].
@@ -70,6 +73,14 @@ def returns(scan: Scan) -> npt.NDArray[np.bool_]:
     return _core.scan_returns(ranges, scan.range_min, scan.range_max).astype(bool)
 
 
+def sweep_time(time_increment: float, beams: int, period: float = 0.0) -> float:
+    """[s] from a scan's first beam to its last; 0 where time_increment [s] cannot be true.
+
+    period: [s] between scans, which a sweep cannot be longer than; 0: not known.
+    """
+    return _core.usable_sweep_time(time_increment, beams, period)
+
+
 def ray_ends(laser: tuple[float, float], angles: npt.ArrayLike, ranges: npt.ArrayLike) -> npt.NDArray[np.float64]:
     """(N, 2) where rays from the laser end, in base_link [m]. laser: x, y there; angles [rad], ranges [m] (N,)."""
     angle, reach = np.asarray(angles, dtype=np.float64), np.asarray(ranges, dtype=np.float64)
@@ -78,4 +89,11 @@ def ray_ends(laser: tuple[float, float], angles: npt.ArrayLike, ranges: npt.Arra
 
 def laser_of(geometry: Mapping[str, object]) -> tuple[float, float]:
     """x, y [m] of the laser in base_link, of a car's geometry."""
-    return float(geometry["laser_x"]), float(geometry["laser_y"])  # type: ignore[arg-type]
+    x, y = (float(geometry[name]) for name in LASER)  # type: ignore[arg-type]
+    return x, y
+
+
+def set_laser(car: _core.Car, x: float, y: float) -> None:
+    """Puts the car's laser there [m], in base_link. Raises ValueError outside of its range."""
+    for name, value in zip(LASER, (x, y), strict=True):
+        car.set("geometry", name, value)

@@ -134,6 +134,17 @@ TEST(ScanCheck, a_sweep_longer_than_the_period_is_not_used_to_undo_motion) {
   EXPECT_FALSE(judge(s.view()).time_usable) << "no LiDAR takes a second";
 }
 
+TEST(ScanCheck, a_sweep_that_cannot_be_true_takes_no_time) {
+  EXPECT_DOUBLE_EQ(usable_sweep_time(1e-4, 101, 0.025), 0.01);
+  EXPECT_DOUBLE_EQ(usable_sweep_time(1e-3, 101, 0.1), 0.1) << "a full circle takes the whole period";
+  EXPECT_EQ(usable_sweep_time(1e-3, 101, 0.025), 0.0);
+  EXPECT_DOUBLE_EQ(usable_sweep_time(1e-3, 101, 0.0), 0.1) << "the period is not known";
+  for (const double increment : {-1e-4, 0.0, nan, inf, -inf}) {
+    EXPECT_EQ(usable_sweep_time(increment, 101, 0.025), 0.0) << increment;
+    EXPECT_EQ(usable_sweep_time(increment, 0, 0.0), 0.0) << increment;
+  }
+}
+
 TEST(ScanCheck, every_fault_has_a_name_and_a_reason) {
   for (int fault = 1; fault <= static_cast<int>(ScanFault::nothing_in_reach); ++fault) {
     const auto kind = static_cast<ScanFault>(fault);

@@ -16,6 +16,7 @@ from firstlap.mapping.occupancy_map import OccupancyMap, draw_map
 from firstlap.mapping.parameters import MapSettings, map_settings
 from firstlap.mapping.pose_graph import load_gtsam, optimise
 from firstlap.mapping.slam import Mapper
+from firstlap.scan import laser_of
 from firstlap.setup_file import Setup, load_setup
 from firstlap.tracks.track import FloatArray, Track
 
@@ -91,7 +92,7 @@ def map_track(
             look("mapping lap", seen.travelled, track.length + settings.get("drive.overlap"))
         return not seen.closed or seen.overlap < settings.get("drive.overlap")
 
-    return finish(_run(mapper, drive, going), _laser(car), look)
+    return finish(_run(mapper, drive, going), laser_of(car.core.values()["geometry"]), look)
 
 
 def map_observations(
@@ -115,7 +116,7 @@ def map_observations(
     _run(mapper, observations, going)
     if not mapper.closed:
         raise InputError(f"{name}: {_no_loop(mapper)}")
-    return finish(mapper, _laser(car), look)
+    return finish(mapper, laser_of(car.core.values()["geometry"]), look)
 
 
 def finish(mapper: Mapper, laser: tuple[float, float], look: Look = _look_away) -> MapResult:
@@ -153,8 +154,3 @@ def _no_loop(mapper: Mapper) -> str:
         f"no loop closes in {mapper.travelled:.1f} m: the last scan lies {np.hypot(end[0], end[1]):.1f} m from the "
         "first; expected a drive that passes where it has been, in the same direction, for some metres"
     )
-
-
-def _laser(car: Car) -> tuple[float, float]:
-    x, y = (float(car.core.get("geometry", name)) for name in ("laser_x", "laser_y"))  # type: ignore[arg-type]
-    return x, y

@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from firstlap import _core
-from firstlap.car_file import CAR_FIELDS, Car
+from firstlap.car_file import Car
 from firstlap.estimation.odometry_check import Steps
-from firstlap.scan import Mount, Scan
+from firstlap.scan import Mount, Scan, set_laser
 from firstlap.tracks.track import FloatArray
 
 FIT = 0.6
@@ -56,9 +56,7 @@ class ScanMotion:
     def at(cls, mount: Mount) -> ScanMotion:
         """Of a laser that sits there."""
         core = _core.Car.preset("default")
-        core.set("geometry", "laser_x", mount.x)
-        if any(field.key == "geometry.laser_y" for field in CAR_FIELDS.fields):
-            core.set("geometry", "laser_y", mount.y)
+        set_laser(core, mount.x, mount.y)
         return cls(Car("", core))
 
     def add(self, scan: Scan, time: float) -> ScanStep | None:

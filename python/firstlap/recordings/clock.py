@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from firstlap.recordings.recording import LONGEST_PAUSE
+from firstlap.scan import sweep_time
 
 Floats = npt.NDArray[np.float64]
 Nanoseconds = npt.NDArray[np.int64]
@@ -18,8 +19,6 @@ USUAL_PERIOD = 25_000_000
 
 CLOCKS_APART = 0.5
 """[s] between what two clocks say of one moment, from which on they are two clocks; less is a message's way."""
-SWEEP_TOLERANCE = 1.1
-"""Times the period that a sweep may last: periods jitter, and a full circle takes a whole one."""
 
 
 class Timeline(NamedTuple):
@@ -54,10 +53,9 @@ def usual_period(times: Nanoseconds) -> int:
 def sweep(time_increment: float, beams: int, period: float) -> int:
     """[ns] from a scan's first ray, which its stamp is of, to its last, which the planner takes it to be of.
 
-    time_increment, period: [s]. 0 where a sweep would take longer than the period: then its time_increment is wrong.
+    time_increment, period: [s]. 0 where `sweep_time` is.
     """
-    lasts = float(np.float32(time_increment)) * (beams - 1)  # as messages hold it
-    return round(lasts * 1e9) if 0.0 < lasts <= SWEEP_TOLERANCE * period else 0
+    return round(sweep_time(float(np.float32(time_increment)), beams, period) * 1e9)  # as messages hold it
 
 
 def sweeps(time_increments: Floats, beams: list[int], stamped: Nanoseconds) -> Nanoseconds:

@@ -10,11 +10,11 @@ import numpy as np
 import numpy.typing as npt
 
 from firstlap import _core
-from firstlap.car_file import CAR_FIELDS, Car
+from firstlap.car_file import Car
 from firstlap.errors import InputError
 from firstlap.frames import Frames, mount_of, placed
 from firstlap.recordings.recording import Recording
-from firstlap.scan import Mount
+from firstlap.scan import Mount, set_laser
 
 OPTION = "--laser"
 EXPECTED = "X,Y,YAW[,ROLL]: meters ahead and left of base_link, degrees; ROLL 180 where it hangs upside down"
@@ -117,9 +117,7 @@ def car_of(recording: Recording, car: Car) -> Car:
         return car
     core = _core.Car(car.core)
     try:
-        for name, value in (("laser_x", recording.laser.x), ("laser_y", recording.laser.y)):
-            if any(field.key == f"geometry.{name}" for field in CAR_FIELDS.fields):
-                core.set("geometry", name, value)
+        set_laser(core, recording.laser.x, recording.laser.y)
         core.validate()
     except ValueError as error:
         raise InputError(f"{recording.source}: its laser: {error}; say where it is mounted with {OPTION}") from None

@@ -22,6 +22,7 @@ from firstlap.output import LOGS, check_writable
 from firstlap.recordings import log_messages as ros
 from firstlap.recordings.about import RECORD, About
 from firstlap.recordings.messages import typestore
+from firstlap.scan import laser_of
 from firstlap.step_log import Columns, rows_of
 
 Floats = npt.NDArray[np.float64]
@@ -179,7 +180,7 @@ class _Log:
         self._writer.add_metadata(RECORD, about.to_metadata())
         self._channels = {topic: self._register(topic, kind) for topic, kind in TOPICS.items()}
         car = about.setup.params(about.car.core)
-        self._laser = np.array([float(car.get("car", "laser_x")), float(car.get("car", "laser_y")), 0.0])
+        self._laser = np.array([*laser_of(car.values()["car"]), 0.0])
         self._odom = np.zeros(3)
         self._last: tuple[int, float, float] | None = None
         self._flushed = time.monotonic()

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from firstlap.ros.periods import BOUNDS
-from firstlap.scan import Judgement, Mount, Scan, judge
+from firstlap.scan import Judgement, Mount, Scan, judge, sweep_time
 
 
 def seconds(stamp: Any) -> float:
@@ -24,9 +23,9 @@ def set_stamp(stamp: Any, time: float) -> None:
     stamp.sec, stamp.nanosec = int(whole), min(round((time - whole) * 1e9), 999_999_999)
 
 
-def sweep_of(message: Any) -> float:
-    """[s] from the first beam of a LaserScan to its last, no longer than a scan that can be driven by."""
-    return min(abs(message.time_increment) * len(message.ranges), BOUNDS["scan"].most)
+def sweep_of(message: Any, period: float) -> float:
+    """[s] from the first beam of a LaserScan to its last; as of `firstlap.scan.sweep_time`."""
+    return sweep_time(message.time_increment, len(message.ranges), period)
 
 
 def to_scan(message: Any, mount: Mount) -> Scan:

@@ -467,8 +467,9 @@ class DriveNode(LifecycleNode):
         """The loop: one scan in, one command out."""
         began = time.perf_counter()
         scan, reason = self._judged(message)
-        sweep = sweep_of(message)
-        if not self._take("scan", message, reason, max(sweep, self.periods["scan"].seconds)):
+        period = self.periods["scan"].seconds
+        sweep = sweep_of(message, period)
+        if not self._take("scan", message, reason, max(sweep, period)):
             return
         stamp, dt = seconds(message.header.stamp), self.steps["scan"]
         self.health.scan(dt, self.periods["scan"].seconds)

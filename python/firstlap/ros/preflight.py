@@ -15,11 +15,10 @@ import numpy as np
 import numpy.typing as npt
 
 from firstlap.car_file import CAR_FIELDS
-from firstlap.driving import LASER
 from firstlap.errors import InputError
 from firstlap.ros.periods import Bounds, Period, rate_reason, timeout_of
 from firstlap.ros.safety import Stamps
-from firstlap.scan import Judgement, Mount, Scan, returns
+from firstlap.scan import LASER, Judgement, Mount, Scan, returns
 
 STANDS = 0.1
 """[m/s], [rad/s] of a car that stands."""
@@ -37,10 +36,16 @@ UNNAMED = "_NODE_NAME_UNKNOWN_"
 """What rclpy calls it until then."""
 CAP = 1.0
 """[m] a beam counts at most, when two scans are laid over each other."""
+FAR = 30.0
+"""[m] that a beam without a return counts as then."""
+OVERLAP = 20
+"""Beams that the two must have in common."""
+WIDEST_TURN = 1.2
+"""[rad] that is looked for."""
 
 
 OURS = (
-    *("scan_topic", "odom_topic", "drive_topic", "base_frame", "laser_from_tf"),
+    *("scan_topic", "odom_topic", "drive_topic", "base_frame", "laser_from_tf", "laser_yaw"),
     *("scan_timeout", "odom_timeout", "max_age"),
 )
 """Parameters of the driving node that it is judged by."""
@@ -152,8 +157,8 @@ def turn_between(before: npt.NDArray[np.float32], after: npt.NDArray[np.float32]
 
     step: [rad] between beams. most: [rad] looked for, either way.
     """
-    a, b = (np.where(np.isfinite(one), one, 30.0).astype(np.float64) for one in (before, after))
-    reach = min(int(most / abs(step)), len(a) - 20)
+    a, b = (np.where(np.isfinite(one), one, FAR).astype(np.float64) for one in (before, after))
+    reach = min(int(most / abs(step)), len(a) - OVERLAP)
     errors = {}
     for k in range(-reach, reach + 1):
         old, new = (a[k:], b[: len(b) - k]) if k >= 0 else (a[:k], b[-k:])
@@ -240,6 +245,7 @@ class Listener:
         self.frames = Frames()
         self.scan, self.odom = Sample([], [], None), Sample([], [], None)
         self.watch = OdometryWatch()
+        self._scan_period = Period()
         self.yaw = 0.0
         self._odom_time: float | None = None
         hear = self.node.create_subscription
@@ -262,7 +268,9 @@ class Listener:
         return self.node.get_clock().now().nanoseconds * 1e-9 - seconds(stamp)
 
     def _on_scan(self, message: Any) -> None:
-        self.scan.arrivals.append(time.monotonic())
+        now = time.monotonic()
+        self._scan_period.hear(now)
+        self.scan.arrivals.append(now)
         self.scan.ages.append(self._age(message.header.stamp))
         self.scan = self.scan._replace(last=message)
         self._watch_scan(message)
@@ -274,9 +282,10 @@ class Listener:
         mount, place = self._laser()
         if place is not None and not place.good:
             return
-        scan, judgement = judged(message, mount, 0.0)
+        period = self._scan_period.seconds
+        scan, judgement = judged(message, mount, period)
         if not judgement.reason:
-            self.watch.hear_scan(scan, self._when(message) + sweep_of(message), mount)
+            self.watch.hear_scan(scan, self._when(message) + sweep_of(message, period), mount)
             self.watch.work()
 
     def _when(self, message: Any) -> float:
@@ -315,11 +324,12 @@ class Listener:
             sample.ages.clear()
         self.listen(seconds)
         scan_topic, odom_topic, drive_topic = (self.value(f"{name}_topic") for name in ("scan", "odom", "drive"))
-        took = max(sweep_of(self.scan.last), self.scan.period) if self.scan.last else 0.0
+        period = self.scan.period
+        took = max(sweep_of(self.scan.last, period), period) if self.scan.last else 0.0
         mount, place = self._laser()
         scan, judgement = None, Judgement("none", "", ())
         if self.scan.last:
-            scan, judgement = judged(self.scan.last, mount, self.scan.period)
+            scan, judgement = judged(self.scan.last, mount, period)
         checks = [
             check_rate("scan", scan_topic, self.scan, self.value("scan_timeout"), BOUNDS["scan"]),
             check_stamps("scan's clock", self.scan, self.value("max_age"), took),
@@ -343,7 +353,7 @@ class Listener:
         """Where the laser sits, ahead where nobody says it; and what is to be said of that."""
         from firstlap.frames import mount_of
 
-        ahead = Mount(0.0, 0.0, 0.0, False)
+        ahead = Mount(0.0, 0.0, float(self.value("laser_yaw")), False)
         if not (self.scan.last and self.value("laser_from_tf")):
             return ahead, None
         base, frame = self.value("base_frame"), self.scan.last.header.frame_id
@@ -407,17 +417,19 @@ class Listener:
         """Compares odometry and laser while the car is turned left, by `move` or by hand."""
         if self.scan.last is None:
             return Check("turn left", None, "no scan")
-        before, self.yaw = np.asarray(self.scan.last.ranges, dtype=np.float32), 0.0
+        (before, step), self.yaw = self._seen(), 0.0
         move(lambda: abs(self.yaw) > 2.0 * TURNED)
-        after = np.asarray(self.scan.last.ranges, dtype=np.float32)
+        after, _ = self._seen()
         if len(after) != len(before):  # as many as the scan before had, over the same angle
             after = after[np.rint(np.linspace(0, len(after) - 1, len(before))).astype(int)]
-        hand = -1.0 if self._upside_down() else 1.0
-        return check_turn(self.yaw, hand * turn_between(before, after, self.scan.last.angle_increment, 1.2))
+        return check_turn(self.yaw, turn_between(before, after, step, WIDEST_TURN))
 
-    def _upside_down(self) -> bool:
-        place = self.frames.find(self.value("base_frame"), self.scan.last.header.frame_id)
-        return place is not None and float(place[2, 2]) < 0.0
+    def _seen(self) -> tuple[npt.NDArray[np.float32], float]:
+        """Ranges of the last scan [m], NaN where nothing returned, and the angle between its beams [rad] as mounted."""
+        from firstlap.ros.conversions import to_scan
+
+        scan = to_scan(self.scan.last, self._laser()[0])
+        return np.where(returns(scan), scan.ranges, np.float32(np.nan)), scan.angle_increment
 
     def close(self) -> None:
         """Leaves."""

@@ -22,14 +22,13 @@ from tf2_msgs.msg import TFMessage
 
 from firstlap import _core
 from firstlap.car_file import Car, load_car, with_lidar
-from firstlap.driving import LASER
 from firstlap.errors import InputError
 from firstlap.parameters import FieldTable
 from firstlap.ros import sim_messages as make
 from firstlap.ros.names import FAULTS, SIM, Entry
 from firstlap.ros.node_parameters import declare_entries, declare_fields, value_of
 from firstlap.ros.sim_topics import GYM_LASER_X, CarNames, gym_names, our_names
-from firstlap.scan import Mount
+from firstlap.scan import Mount, laser_of
 from firstlap.simulate import core_track
 from firstlap.tracks.library import load_track
 
@@ -323,9 +322,9 @@ class SimNode(Node):
 
 
 def _mount(car: Car) -> Mount:
-    x, y = (float(car.core.get("geometry", name)) for name in LASER)  # type: ignore[arg-type]
-    yaw, upside_down = car.core.get("lidar", "yaw"), car.core.get("lidar", "upside_down")
-    return Mount(x, y, float(yaw), bool(upside_down))  # type: ignore[arg-type]
+    values = car.core.values()
+    lidar = values["lidar"]
+    return Mount(*laser_of(values["geometry"]), float(lidar["yaw"]), bool(lidar["upside_down"]))
 
 
 def _pose(truth: dict[str, float]) -> Any:

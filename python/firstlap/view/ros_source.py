@@ -20,7 +20,7 @@ from firstlap.ros import require_ros
 from firstlap.ros.car_link import CarLink
 from firstlap.ros.conversions import judged
 from firstlap.ros.trace_message import Told, decode
-from firstlap.scan import Mount, laser_of, ray_ends, returns
+from firstlap.scan import Mount, laser_of, ray_ends, returns, set_laser
 from firstlap.setup_file import Setup, load_setup
 from firstlap.view.drove import changed_from
 from firstlap.view.frame import Frame, Scenery
@@ -258,8 +258,7 @@ class RosSource(Holding):
         try:
             if place is not None:
                 mount = mount_of(place)
-                self.car.core.set("geometry", "laser_x", mount.x)
-                self.car.core.set("geometry", "laser_y", mount.y)
+                set_laser(self.car.core, mount.x, mount.y)
                 return mount
         except ValueError:
             pass  # a laser that leans: the driving node says so, here its scan is shown all the same

@@ -15,7 +15,7 @@ from firstlap.driving import Driving
 from firstlap.errors import InputError
 from firstlap.frames import Frames, mount_of
 from firstlap.ros import require_ros
-from firstlap.ros.conversions import judged, to_scan
+from firstlap.ros.conversions import judged, sweep_of, to_scan
 from firstlap.ros.periods import BOUNDS
 from firstlap.ros.preflight import (
     Check,
@@ -176,6 +176,17 @@ def test_a_beam_points_where_the_transform_turns_it(roll: float, pitch: float, y
         x, y, _ = turn @ [math.cos(angle), math.sin(angle), 0.0]
         first, _ = mount.turned(float(angle), 0.01)
         assert math.remainder(math.atan2(y, x) - first, 2.0 * math.pi) == pytest.approx(0.0, abs=0.01)
+
+
+def test_a_sweep_that_cannot_be_true_takes_no_time() -> None:
+    message = SimpleNamespace(ranges=np.ones(101, dtype=np.float32), time_increment=1e-4)
+    assert sweep_of(message, 0.025) == pytest.approx(0.01)
+    message.time_increment = 1e-3
+    assert sweep_of(message, 0.1) == pytest.approx(0.1), "a full circle takes a whole period"
+    assert sweep_of(message, 0.025) == 0.0
+    assert sweep_of(message, 0.0) == pytest.approx(0.1), "the period is not known"
+    message.time_increment = -1e-4
+    assert sweep_of(message, 0.025) == 0.0
 
 
 def test_parameters_change_while_driving_and_a_bad_one_changes_nothing() -> None:
