@@ -27,7 +27,10 @@ class ScanMotion {
   std::optional<ScanStep> add(const LaserScan& scan, double time);
 
   // As if no scan had come.
-  void forget() noexcept { kept_.reset(); }
+  void forget() noexcept {
+    kept_.reset();
+    tracking_ = false;
+  }
 
  private:
   struct Kept {

@@ -80,6 +80,26 @@ TEST(ScanMotion, says_nothing_over_a_gap_a_step_back_in_time_or_a_bad_scan) {
   EXPECT_FALSE(motion.add(camera.scan({}), 7.1));
 }
 
+TEST(ScanMotion, forgets_how_fast_the_car_was) {
+  const auto room = testing::odd_room();
+  Camera camera(room);
+  ScanMotion used({}, {}, {}), fresh({}, {}, {});
+  const auto swept = [&](const Pose2& pose) {
+    LaserScan scan = camera.scan(pose);
+    scan.time_increment = 0.09 / static_cast<double>(scan.ranges.size());
+    return scan;
+  };
+  for (int i = 0; i < 10; ++i) used.add(swept(on_arc(3.0, 1.0, 0.1 * i)), 0.1 * i);
+  used.forget();
+  const Pose2 there{0.05, 0.0, 0.02};
+  used.add(swept({}), 2.0);
+  fresh.add(swept({}), 2.0);
+  const auto again = used.add(swept(there), 2.1), first = fresh.add(swept(there), 2.1);
+  ASSERT_TRUE(again && first);
+  EXPECT_EQ(again->motion.x, first->motion.x);
+  EXPECT_EQ(again->motion.yaw, first->motion.yaw);
+}
+
 TEST(ScanMotion, is_lost_where_the_car_is_somewhere_else_and_finds_itself_again) {
   const auto room = testing::odd_room();
   Camera camera(room);

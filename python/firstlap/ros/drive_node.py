@@ -44,6 +44,8 @@ CHECK_PERIOD = 0.02
 """[s] of the steady clock: how often silence is looked for."""
 LAST_STOPS = 25
 """Stops sent at this period after the car was put out of action, before the topic is left to others."""
+FAREWELL, ACKNOWLEDGED = 3, 0.2
+"""Stops sent when the node ends, and [s] for which it waits until the others have them."""
 CLOCK_STALL = 0.25
 """[s] of the steady clock in which a simulated one must move."""
 FORGET = 0.5
@@ -243,14 +245,13 @@ class DriveNode(LifecycleNode):
         """Stops the car and waits a moment until the others have it."""
         was_active, self.active = self.active, False
         self.watchdog.disarm()
-        self.watch.stop()
-        if not was_active and not self.stops_left:
-            return
-        for _ in range(3):
-            self.publish_stop()
-        self.emergency.drives(False)
-        self.rivals.claim(False)
-        self.drive.wait_for_all_acked(Duration(seconds=0.2))
+        if was_active or self.stops_left:
+            for _ in range(FAREWELL):
+                self.publish_stop()
+            self.emergency.drives(False)
+            self.rivals.claim(False)
+            self.drive.wait_for_all_acked(Duration(seconds=ACKNOWLEDGED))
+        self.watch.stop()  # last: it waits for its thread
 
     # Time.
 

@@ -179,6 +179,7 @@ class OdometryWatch:
         self._done = waiting
         if waiting.mount != self._mount:
             self._mount, self._motion = waiting.mount, ScanMotion.at(waiting.mount)
+            self._steps.clear()
         step = self._motion.add(waiting.scan, waiting.time)
         if step is not None:
             if self._steps and step.begin < self._steps[-1].begin:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 import time
 
 import numpy as np
@@ -125,3 +126,11 @@ def test_the_thread_works_and_ends(car: Car) -> None:
     finally:
         car.watch.stop()
     assert car.watch.remarks == ()
+
+
+def test_steps_of_a_laser_that_sat_elsewhere_do_not_count(car: Car, monkeypatch: pytest.MonkeyPatch) -> None:
+    car.drive(1.0, 1.0)
+    assert len(car.watch.steps()) > 3
+    monkeypatch.setattr(sys.modules[__name__], "MOUNT", Mount(0.1, 0.0, 0.0, False))
+    car.drive(0.2, 1.0)
+    assert len(car.watch.steps()) <= 2

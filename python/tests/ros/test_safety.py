@@ -118,3 +118,25 @@ def test_commands_are_held_within_limits_and_a_stop_stays_a_stop(speed: float) -
 def test_a_command_that_is_not_finite_is_none(bad: float) -> None:
     assert within(bad, 0.0, 5.0, 0.4) is None
     assert within(1.0, bad, 5.0, 0.4) is None
+
+
+def test_a_node_that_ends_stops_the_car_before_it_waits_for_its_thread() -> None:
+    pytest.importorskip("rclpy")
+    from firstlap.ros.drive_node import DriveNode
+
+    did: list[str] = []
+    node = SimpleNamespace(
+        active=True,
+        stops_left=0,
+        watchdog=armed(),
+        watch=SimpleNamespace(stop=lambda: did.append("waits for the thread")),
+        publish_stop=lambda: did.append("stop"),
+        emergency=SimpleNamespace(drives=lambda drives: None),
+        rivals=SimpleNamespace(claim=lambda drives: None),
+        drive=SimpleNamespace(wait_for_all_acked=lambda timeout: None),
+    )
+    DriveNode.halt(node)  # type: ignore[arg-type]
+    assert did == ["stop", "stop", "stop", "waits for the thread"]
+    did.clear()
+    DriveNode.halt(node)  # type: ignore[arg-type]
+    assert did == ["waits for the thread"], "the topic is left to others"
