@@ -13,6 +13,7 @@ from firstlap import _core
 from firstlap.car_file import Car
 from firstlap.drivers.registry import driver_kind
 from firstlap.errors import InputError
+from firstlap.mapping.contradictions import contradictions
 from firstlap.race import start_race
 from firstlap.recordings.laser import car_of
 from firstlap.recordings.recording import Recording
@@ -116,5 +117,5 @@ def explain_recording(recording: Recording, setup: Setup, car: Car, index: int, 
         yaw_rate=yaw_rate,
         steering_angle=steering_angle,
         walls=[],
-        remarks=(*recording.remarks, *remarks),
+        remarks=(*recording.remarks, *remarks, *contradictions(recording, car)),
     )

@@ -21,8 +21,7 @@ from firstlap.car_file import Car
 from firstlap.continuity import BIG_JUMP, Continuity
 from firstlap.drivers.registry import Handle, Preparation, driver_kind
 from firstlap.errors import InputError
-from firstlap.mapping.direction_of_recording import remarks_on_direction
-from firstlap.mapping.odometry_of_recording import remarks_of
+from firstlap.mapping.contradictions import contradictions
 from firstlap.recordings.body import BodyMask, find_body
 from firstlap.recordings.laser import car_of
 from firstlap.recordings.recording import Recording
@@ -169,7 +168,7 @@ def replay(
         driven=driven,
         against=other,
         body=body,
-        remarks=(*remarks, *remarks_of(recording, car), *remarks_on_direction(recording, car)),
+        remarks=(*remarks, *contradictions(recording, car)),
         seconds=time.perf_counter() - begin,
     )
 
@@ -179,17 +178,14 @@ def prepared(recording: Recording, setup: Setup, mask_body: bool) -> tuple[Setup
 
     What a person, the setup's file or a log of ours says itself stays.
     """
-    remarks: list[str] = []
-    if recording.about is not None:
+    if recording.about is not None or setup.driver != LOCAL:
         return setup, None, ()
-    if setup.driver != LOCAL:
-        return setup, None, tuple(remarks)
     given = any(("scan", name) in setup.given for name in ("mask_angle", "mask_range"))
     body = find_body(recording, setup) if mask_body and not given else None
-    if body is not None:
-        setup = setup.with_given({("scan", "mask_angle"): body.mask_angle, ("scan", "mask_range"): body.mask_range})
-        remarks.append(f"{body.beams} beams see the car itself: masked by {body.assignments}")
-    return setup, body, tuple(remarks)
+    if body is None:
+        return setup, None, ()
+    setup = setup.with_given({("scan", "mask_angle"): body.mask_angle, ("scan", "mask_range"): body.mask_range})
+    return setup, body, (f"{body.beams} beams see the car itself: masked by {body.assignments}",)
 
 
 def driver_for(setup: Setup, car: Car) -> Handle:

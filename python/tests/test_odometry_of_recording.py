@@ -6,11 +6,17 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from said import Said
 
 from firstlap import Car, _core, load_car, load_setup, load_track, race
+from firstlap.cli import view
+from firstlap.explain import explain_recording
+from firstlap.mapping import make
+from firstlap.mapping.occupancy_map import OccupancyMap
 from firstlap.mapping.odometry_of_recording import odometry_of, remarks_of, steps_of
 from firstlap.recordings import Recording, Topics, load_recording
 from firstlap.replay import replay
@@ -80,6 +86,39 @@ def test_replay_says_it_and_says_nothing_of_an_honest_race(lap: Recording) -> No
     assert any("where the scans say" in one for one in remarks)
     assert any("where its poses say" in one for one in remarks)
     assert all("km/h instead of m/s" in one for one in remarks)
+
+
+@pytest.fixture(scope="module")
+def in_km_h(lap: Recording, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The same lap in a file whose speed is in km/h."""
+    path = tmp_path_factory.mktemp("km_h") / "lap.npz"
+    angle_min, angle_increment = lap.headers[0, :2].tolist()
+    np.savez(
+        path, ranges=np.array(list(lap.ranges)), angle_min=angle_min, angle_increment=angle_increment,
+        stamps=lap.stamps, speed=3.6 * lap.speed, yaw_rate=lap.yaw_rate,
+    )  # fmt: skip
+    return path
+
+
+def test_explain_says_it_too(in_km_h: Path) -> None:
+    moment = explain_recording(load_recording(in_km_h), load_setup("sure"), load_car("default"), 3)
+    assert any("km/h instead of m/s" in one for one in moment.remarks)
+
+
+def test_view_says_it_too(cli: Callable[..., Said], in_km_h: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("viser")
+    monkeypatch.setattr(view, "_serve", lambda *_: 0)
+    said = cli("view", in_km_h, "--no-open")
+    assert said.code == 0, said.err
+    assert "km/h instead of m/s" in said.err
+
+
+def test_map_says_it_too(cli: Callable[..., Said], in_km_h: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn = OccupancyMap(np.zeros((3, 3), dtype=np.uint8), 0.05, (0.0, 0.0, 0.0))
+    monkeypatch.setattr(make, "map_observations", lambda *_, **__: SimpleNamespace(map=drawn, to_dict=dict))
+    said = cli("map", in_km_h, "-o", "map.yaml", "--json")
+    assert said.code == 0, said.err
+    assert any("km/h instead of m/s" in one for one in said.json["remarks"])
 
 
 @pytest.mark.parametrize(

@@ -54,6 +54,7 @@ def map_command(
     as_json: JsonOption = False,
 ) -> int:
     """Map a track from one slow lap, or a recording: match scans, close the loop, write an occupancy map."""
+    from firstlap.mapping.contradictions import contradictions
     from firstlap.mapping.make import MapResult, map_observations, map_track
     from firstlap.mapping.occupancy_map import MAP_SUFFIXES, write_map
     from firstlap.mapping.parameters import map_settings
@@ -104,6 +105,8 @@ def map_command(
     found: dict[str, Any] = {"version": __version__, "source": source, "map": str(output), **result.to_dict()}
     if error:
         found["error"] = error.to_dict()
+    remarks = (*recording.remarks, *contradictions(recording, the_car)) if recording is not None else ()
+    found["remarks"] = list(remarks)
     if plot:
         from firstlap.mapping.plot import plot_map
 
@@ -112,7 +115,7 @@ def map_command(
     if as_json:
         print_json(found)
     else:
-        for remark in recording.remarks if recording else ():
+        for remark in remarks:
             note(remark)
         _print(found, picture, plot)
     return 0

@@ -97,6 +97,8 @@ def view(
     except ImportError:
         raise missing_extra("firstlap view", "viser", "view") from None
 
+    from firstlap.mapping.contradictions import contradictions
+
     topics = topics_of(scan_topic, odom_topic, imu_topic, drive_topic, pose_topic, speed, laser)
     of_race = {"--seed": seed, "--reverse": reverse or None}
     of_recording = {**_given(topics), "--map": map_path, "--keep-body": keep_body or None}
@@ -116,12 +118,10 @@ def view(
     else:
         _refuse(of_race, "with a recording")
         loaded = read(Path(what), topics)
-        for remark in loaded.remarks:
-            note(remark)
         chosen, loaded_car, remarks = setup_and_car(loaded, driver, setup, changes, car)
-        for remark in remarks:
-            note(remark)
         source = _recording(loaded, chosen, loaded_car, map_path, not keep_body, times)
+        for remark in (*loaded.remarks, *remarks, *contradictions(loaded, loaded_car)):
+            note(remark)
     return _serve(source, host, choose_port(host, port), _token(token_file), open_browser)
 
 
