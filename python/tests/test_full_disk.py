@@ -5,9 +5,12 @@ from __future__ import annotations
 import importlib.util
 import subprocess
 import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+from said import Said
 
 resource = pytest.importorskip("resource", reason="limits of processes are POSIX's")
 WITH_EXTRAS = all(importlib.util.find_spec(name) for name in ("optuna", "gtsam", "casadi"))
@@ -43,19 +46,46 @@ def without_room(folder: Path, most: int, *arguments: str) -> subprocess.Complet
     )
 
 
-@pytest.mark.parametrize(("name", "most"), [*((name, 3000) for name in COMMANDS), ("plot", 0), ("tune", 0)])
-def test_a_full_disk_is_one_line_and_leaves_nothing_half_written(tmp_path: Path, name: str, most: int) -> None:
-    if name in NEED_EXTRAS and not WITH_EXTRAS:
-        pytest.skip("the extras 'global' and 'tune' are not installed")
-    done = without_room(tmp_path, most, *COMMANDS[name])
-    said = [line for line in done.stderr.splitlines() if line.startswith("error:")]
-    assert done.returncode == 2, done.stderr
-    assert len(said) == 1, done.stderr
+@contextmanager
+def little_room(most: int) -> Iterator[None]:
+    """This process may write files of at most so many bytes."""
+    usual = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (most, usual[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, usual)
+
+
+def assert_one_line_and_nothing_half_written(folder: Path, most: int, code: int, err: str) -> None:
+    said = [line for line in err.splitlines() if line.startswith("error:")]
+    assert code == 2, err
+    assert len(said) == 1, err
     assert "cannot be written" in said[0] or "cannot be made" in said[0]
-    assert "Traceback" not in done.stderr
-    whole = [file for file in tmp_path.rglob("*") if file.is_file() and "matplotlib" not in str(file)]
+    assert "Traceback" not in err
+    whole = [file for file in folder.rglob("*") if file.is_file() and "matplotlib" not in str(file)]
     assert [file.name for file in whole if file.suffix != ".db" and file.stat().st_size >= most] == []
     assert not [file for file in whole if file.name.startswith(".")]
+
+
+@pytest.mark.parametrize(("name", "most"), [*((name, 3000) for name in COMMANDS), ("plot", 0), ("tune", 0)])
+def test_a_full_disk_is_one_line_and_leaves_nothing_half_written(
+    cli: Callable[..., Said], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, most: int
+) -> None:
+    if name in NEED_EXTRAS and not WITH_EXTRAS:
+        pytest.skip("the extras 'global' and 'tune' are not installed")
+    import matplotlib.pyplot  # noqa: F401  # it has its list of fonts before there is no room for one
+
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)  # else Python keeps half of what it compiles
+    monkeypatch.setenv("FIRSTLAP_CACHE", str(tmp_path / "cache"))
+    with little_room(most):
+        said = cli(*COMMANDS[name])
+    assert_one_line_and_nothing_half_written(tmp_path, most, said.code, said.err)
+
+
+def test_a_full_disk_is_one_line_of_a_whole_process(tmp_path: Path) -> None:
+    done = without_room(tmp_path, 3000, *COMMANDS["plot"])
+    assert_one_line_and_nothing_half_written(tmp_path, 3000, done.returncode, done.stderr)
 
 
 def test_a_log_ends_where_the_disk_was_full_and_can_be_replayed_so_far(tmp_path: Path) -> None:

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 #include <numbers>
+#include <utility>
 
 #include "firstlap/sim/car.hpp"
 #include "firstlap/sim/rng.hpp"
@@ -57,14 +58,16 @@ TEST(Vehicle, ConformsToTheCommonRoadSingleTrackVector) {
 
 // What its electronics know agrees with the command; what it does at the ground does not.
 TEST(Vehicle, DrivesByTheConstantsThatItHas) {
-  for (const Car& preset : {default_car(), gym_car()}) {
+  // f1tenth_gym's servo turns at full speed or not at all, and stays this far from where it is told to go [rad].
+  constexpr double gym_servo = 2e-3;
+  for (const auto& [preset, servo] : {std::pair{default_car(), 0.0}, {gym_car(), gym_servo}}) {
     Car car = preset;
     car.vehicle.speed_constant_error = 0.15;
     car.vehicle.steering_gain = 0.8;
     car.vehicle.steering_trim = 0.05;
     const Vehicle vehicle = driven(car, {2.0, 0.1}, 4.0);
-    EXPECT_NEAR(vehicle.state().steering_angle, 0.8 * 0.1 + 0.05, 4e-3);
-    EXPECT_NEAR(vehicle.own_state().steering_angle, 0.1, 5e-3);
+    EXPECT_NEAR(vehicle.state().steering_angle, 0.8 * 0.1 + 0.05, servo + 1e-9);
+    EXPECT_NEAR(vehicle.own_state().steering_angle, 0.1, servo / 0.8 + 1e-9);
     EXPECT_NEAR(vehicle.state().speed, 2.3, 0.05);
     EXPECT_NEAR(vehicle.own_state().speed, vehicle.state().speed / 1.15, 1e-12);
     EXPECT_EQ(vehicle.own_state().yaw_rate, vehicle.state().yaw_rate);
