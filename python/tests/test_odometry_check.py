@@ -214,3 +214,12 @@ def test_nothing_is_judged_without_motion_and_without_odometry() -> None:
     assert judge(odometry, steps.part(0, 0)) == {}
     assert judge(Odometry(np.zeros(0), np.zeros((0, 3))), steps) == {}
     assert judge(odometry, steps.part(0, 3)) == {}
+
+
+def test_a_standing_car_that_is_put_elsewhere_says_nothing() -> None:
+    """One step of the scans goes far, all others are noise: without the jump there is no motion to compare."""
+    odometry, steps = slalom(speed=0.0, turn=0.0)
+    rng = np.random.default_rng(1)
+    motion = np.column_stack([0.004 * rng.standard_normal(len(steps)), np.zeros((len(steps), 2))])
+    motion[len(steps) // 2, 0] = 1.2
+    assert not gross(judge(odometry, replace(steps, motion=motion)))

@@ -229,8 +229,8 @@ def _regressed(measured: Floats, reference: Floats, seconds: Floats, quantity: s
     kept[np.argmax(np.abs(a - b) / dt)] = False
     a, b, dt = a[kept], b[kept], dt[kept]
     total, squares = float(dt.sum()), float(b @ b)
-    if squares <= 0.0:
-        return None
+    if squares <= 0.0 or float(np.abs(b).sum()) < slow * total:
+        return None  # without the jump nothing moved
     residual = float(np.sum((a - b) ** 2)) / squares
     return residual, Comparison(float(a @ b) / squares, float(np.abs(a).sum()) / total, float(np.abs(b).sum()) / total)
 

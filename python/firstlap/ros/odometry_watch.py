@@ -29,8 +29,9 @@ LOOKED_AT = 70
 """Steps that are kept."""
 JUDGED = 3
 """Steps from one judgment to the next."""
-CONFIRMED = 2
-"""Judgments in a row that make a gross contradiction."""
+CONFIRMED, CONFIRMED_SCALE = 2, 8
+"""Judgments in a row that make a gross contradiction; one that only is a factor, and no known mistake, is waited for
+until all that it is judged by is new: wheels that spin or lock give one too."""
 SWITCH = 5e-4
 """[s] that a thread of Python may keep others waiting; the usual 5 ms are too much for a thread that drives."""
 NAMES = {STANDING: "the scans"}
@@ -221,7 +222,8 @@ class OdometryWatch:
         for pair, verdict in judged.items():
             grows = verdict is not None and verdict.gross
             self._streaks[pair] = self._streaks[pair] + 1 if grows else 0
-            if not grows or self._streaks[pair] >= CONFIRMED:
+            enough = CONFIRMED_SCALE if verdict is not None and verdict.kind == "scale" else CONFIRMED
+            if not grows or self._streaks[pair] >= enough:
                 self._verdicts[pair] = (now, verdict)
 
 
