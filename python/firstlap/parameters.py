@@ -66,11 +66,13 @@ class FieldTable:
             raise InputError(f"{where}: '{name}' is in several sections: {', '.join(f.key for f in named)}")
         raise InputError(f"{where}: unknown parameter '{name[:60]}'{self._nearest(name)}")
 
-    def _nearest(self, name: str) -> str:
+    def _nearest(self, name: str, section: str = "") -> str:
+        """The known name that is most alike, in any section, or else what is known (in `section`, if given)."""
         bare = {field.name: field.key for field in self.fields}
         near = difflib.get_close_matches(name, self._by_key, n=1, cutoff=0.6)
         near += [bare[n] for n in difflib.get_close_matches(name.rpartition(".")[2], bare, n=1, cutoff=0.5)]
-        known = ", ".join(list(bare)[:MOST_NAMED]) + (", ..." if len(bare) > MOST_NAMED else "")
+        names = [field.name for field in self.fields if field.section == section] or list(bare)
+        known = ", ".join(names[:MOST_NAMED]) + (", ..." if len(names) > MOST_NAMED else "")
         return f" (nearest known: {near[0]})" if near else f" (known are {known})"
 
     def check(self, field: Field, value: object, where: str) -> Value:
@@ -80,7 +82,8 @@ class FieldTable:
         if field.type == "bool" and number in (0.0, 1.0):
             return bool(number)
         if number is None or isinstance(value, bool):
-            raise InputError(f"{where}: {field.key} is {shown}, which is not a number; allowed is {field.range}")
+            kind = "neither true nor false" if field.type == "bool" else "not a number"
+            raise InputError(f"{where}: {field.key} is {shown}, which is {kind}; allowed is {field.range}")
         whole = field.type == "float" or number == int(number)
         if not (field.min <= number <= field.max and whole):
             raise InputError(f"{where}: {field.key} is {shown}, outside of what is allowed: {field.range}")
@@ -115,7 +118,8 @@ class FieldTable:
             for name, value in content.items():
                 field = self._by_key.get(f"{section}.{name}")
                 if field is None:
-                    raise InputError(f"{where}: unknown key '{section}.{str(name)[:60]}'{self._nearest(str(name))}")
+                    hint = self._nearest(str(name), section)
+                    raise InputError(f"{where}: unknown key '{section}.{str(name)[:60]}'{hint}")
                 values[section, field.name] = self.check(field, value, where)
         return values
 

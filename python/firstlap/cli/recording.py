@@ -33,7 +33,8 @@ LaserOption = Annotated[
     typer.Option(
         "--laser",
         metavar="X,Y,YAW[,ROLL]",
-        help="Where the laser is mounted, [m], [m], degrees; roll 180: upside down. Default: /tf_static's.",
+        help="Where the laser is mounted: meters ahead and left of base_link, degrees; roll 180: upside down. "
+        "Default: /tf_static's.",
     ),
 ]
 SetupOfRecording = Annotated[
