@@ -16,6 +16,8 @@ from rosbags.rosbag2 import CompressionMode
 from firstlap.errors import InputError
 from firstlap.recordings import Recording, Topics, load_recording
 from firstlap.recordings.laser import parse_laser
+from firstlap.recordings.scans import USABLE, Findings
+from firstlap.scan import Judgement
 
 SCANS = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "scans"
 needs_scans = pytest.mark.skipif(not SCANS.is_dir(), reason="the real recordings (../shared/data) are not here")
@@ -653,6 +655,19 @@ def test_a_numpy_file_that_is_cut_off_is_called_so(tmp_path):
     (tmp_path / "a.npz").write_bytes(data[: len(data) // 2])
     with pytest.raises(InputError, match=r"a.npz: is cut off or damaged$"):
         load_recording(tmp_path / "a.npz")
+
+
+def test_a_folder_around_another_kind_of_recording_names_it(tmp_path):
+    (tmp_path / "lap.npz").write_bytes(b"")
+    with pytest.raises(InputError, match=r"a folder without recording; name a file in it, lap\.npz$"):
+        load_recording(tmp_path)
+
+
+def test_remarks_whose_numbers_have_more_digits_are_of_one_kind():
+    findings = Findings()
+    for share in (9, 10, 9, 10):
+        findings.keeps(Judgement(USABLE, "", (f"only {share} % of the beams return",)))
+    assert findings.remarks() == ["only 9 % of the beams return (in 4 of 4 scans)"]
 
 
 def test_folders_without_recording_are_refused(tmp_path):

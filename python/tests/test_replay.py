@@ -263,7 +263,7 @@ def test_steering_in_degrees_is_not_compared_with(cli, tmp_path):
     found = cli("replay", path, "--json", "--plot", "a.png").json
     assert found["recorded"]["steering_angle"] == {"median": None, "p95": None}
     assert found["recorded"]["speed"]["median"] is not None
-    assert "wheel angle off by not known" in cli("replay", path).out
+    assert "wheel angle not known, speed off by 0" in cli("replay", path).out
 
 
 def test_poses_of_odometry_are_said_to_be_none_of_a_map(cli, tmp_path):

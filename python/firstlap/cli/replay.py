@@ -160,10 +160,11 @@ def _percents(found: dict[str, float | None]) -> str:
 
 
 def _difference(found: dict[str, Any]) -> str:
-    return (
-        f"wheel angle off by {_values(_degrees(found['steering_angle']), ('median', 'p95'), 1, '°')}, "
-        f"speed by {_values(found['speed'], ('median', 'p95'), 2, 'm/s')} (median, 95 %)"
-    )
+    angle = _values(_degrees(found["steering_angle"]), ("median", "p95"), 1, "°")
+    speed = _values(found["speed"], ("median", "p95"), 2, "m/s")
+    found_of = (("wheel angle", angle), ("speed", speed))
+    said = [f"{what} {UNKNOWN}" if by == UNKNOWN else f"{what} off by {by}" for what, by in found_of]
+    return f"{', '.join(said)} (median, 95 %)"
 
 
 def _percent(value: float | None) -> str:

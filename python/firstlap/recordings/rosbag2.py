@@ -16,7 +16,7 @@ import zstandard
 from firstlap.errors import InputError
 from firstlap.recordings.mcap_log import open_mcap
 from firstlap.recordings.messages import ZSTD_MAGIC, Message, Stored, Topic, check_magic, stopped
-from firstlap.recordings.paths import COMPRESSED, STORAGES
+from firstlap.recordings.paths import COMPRESSED, STORAGES, ending_of
 from firstlap.yaml_text import LOADER, MAX_YAML_BYTES
 
 SQLITE_MAGIC = b"SQLite format 3\0"
@@ -142,8 +142,14 @@ def _files(path: Path, about: dict[str, Any], stored: Stored) -> list[Path]:
         stored.remarks.append(f"metadata.yaml names {', '.join(missing)[:200]}, which is not there")
     files = [file for file in named if file.is_file()] or lying
     if not files:
-        raise InputError(f"{path}: a folder without recording; expected {' or '.join(suffixes)} files in it")
+        raise InputError(f"{path}: a folder without recording; {_instead(path, suffixes)}")
     return files
+
+
+def _instead(path: Path, suffixes: list[str]) -> str:
+    """What to name instead of a folder that is no rosbag2, but may hold recordings of other kinds."""
+    other = sorted(file.name for file in path.iterdir() if file.is_file() and ending_of(file))
+    return f"name a file in it, {other[0]}" if other else f"expected {' or '.join(suffixes)} files in it"
 
 
 def _suffix(file: Path) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from typing import Any, NamedTuple
 
@@ -19,6 +20,8 @@ BLIND = "blind_ahead"
 """The fault that another mounting mends."""
 OF_RANGES = ("no_returns", "nothing_in_reach")
 """Faults of what a scan saw, not of its header: such scans are kept, for the planner to hold at as on the car."""
+NUMBER = re.compile(r"[\d.-]+")
+"""In a remark: remarks that differ by their numbers only, however long, are of one kind."""
 WORTH_SAYING = 0.1
 """Share of the scans that must have a remark of the judge's for it to be said."""
 
@@ -80,7 +83,7 @@ class Findings:
 
 
 def _without_numbers(text: str) -> str:
-    return "".join(" " if letter.isdigit() or letter in ".-" else letter for letter in text)
+    return NUMBER.sub("#", text)
 
 
 def collect(messages: list[tuple[int, Any]], mount: Mount | None) -> Scans:
