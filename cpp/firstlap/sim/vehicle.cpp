@@ -46,7 +46,7 @@ Vehicle::Vehicle(const CarGeometry& geometry, const VehicleParams& params) : geo
   validate(geometry, "car");
   validate(params, "vehicle");
   if (std::abs(params.l_f + params.l_r - geometry.wheelbase) > 1e-3) {
-    throw std::invalid_argument("vehicle.l_f + vehicle.l_r must be car.wheelbase");
+    throw std::invalid_argument("vehicle.l_f + vehicle.l_r must be geometry.wheelbase");
   }
   reset({});
 }
