@@ -37,7 +37,8 @@ WHAT = """## What is disturbed
   race it with `--latency fixed:MS`).
 - **speed measured**: the odometry reads so much more than the car drives. **speed constant**: the car drives so much
   faster than it is told, and what it measures is wrong by the same: no wheel tells. **laser yaw**, **ahead**, **left**:
-  the laser is turned or stands elsewhere than the driver believes. **steering trim**, **gain**: what the wheels make of
+  the laser is turned or stands elsewhere than the driver believes. **range scale**: every range is so much longer than
+  the way to the wall. **steering trim**, **gain**: what the wheels make of
   the angle that is commanded. Each is also an `--option` of `race`, `survey` and `robustness`
   (`--option sensors.speed_scale_error=0.1`), and so is every other field of a car.
 - **obstacle**: a box of 0.33 m by 0.20 m appears on the line that the car drives without it, and 0.3 m to either side,

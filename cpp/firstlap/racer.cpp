@@ -143,7 +143,7 @@ VehicleState Racer::move_memory(const VehicleState& measured, double dt) noexcep
 // By how the walls of this scan lie to those of the last good one.
 void Racer::learn_speed_scale(double dt) noexcept {
   if (params_.speed_scale.scale_limit <= 0.0) return;
-  const MotionError error = forward_error(memory_.seen, trace_.samples, memory_.moved);
+  const MotionError error = forward_error(memory_.seen, trace_.samples, memory_.moved, params_.speed_scale);
   learn_from_walls(error, memory_.moved, memory_.measured, dt, params_.speed_scale, memory_.speed_scale);
 }
 

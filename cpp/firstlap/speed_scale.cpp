@@ -16,7 +16,15 @@ constexpr double same_wall = 0.3;       // [m] a sample this near to an earlier 
 constexpr double neighbor = 0.4;        // [m] samples of one wall are nearer to each other
 constexpr double straight = 0.9;        // cosine: a wall that bends more has no direction there
 constexpr double believable = 0.05;     // [m] off the wall, besides what a wrong speed explains
-constexpr std::size_t stride = 2;       // one sample in so many is looked at
+constexpr double least_fit = 1e-6;      // of the sum of squared normals: less is no wall across the way
+constexpr std::size_t stride = 3;       // one sample in so many is looked at
+constexpr double chance = 2.0;          // standard deviations that may be chance
+constexpr double ramp = 0.01;           // from where an error is clear to where all of it is corrected
+constexpr double least_motion = 0.01;   // [m] of motion that tells a scale
+constexpr double least_driven = 1e-6;   // [m^2/s] of driving that tells what becomes of commands
+constexpr double response_slack = 0.2;  // [m/s] that a car may be off its command besides a wrong scale
+
+double dot(Point2 a, Point2 b) noexcept { return a.x * b.x + a.y * b.y; }
 
 // The wall's direction at sample `i`, as a unit vector; zero where it has none.
 Point2 direction(const WallSide& side, std::size_t i) noexcept {
@@ -24,13 +32,15 @@ Point2 direction(const WallSide& side, std::size_t i) noexcept {
   const Point2 a = side.at(i - 1);
   const Point2 b = side.at(i);
   const Point2 c = side.at(i + 1);
-  const double first = norm(b.x - a.x, b.y - a.y);
-  const double second = norm(c.x - b.x, c.y - b.y);
-  if (first > neighbor || second > neighbor || first <= 0.0 || second <= 0.0) return {};
-  const double along = (b.x - a.x) * (c.x - b.x) + (b.y - a.y) * (c.y - b.y);
-  if (along < straight * first * second) return {};
-  const double length = norm(c.x - a.x, c.y - a.y);
-  return {(c.x - a.x) / length, (c.y - a.y) / length};
+  const Point2 first{b.x - a.x, b.y - a.y};
+  const Point2 second{c.x - b.x, c.y - b.y};
+  const double first_square = dot(first, first);
+  const double second_square = dot(second, second);
+  if (std::max(first_square, second_square) > neighbor * neighbor) return {};
+  const double along = dot(first, second);
+  if (along <= 0.0 || along * along < straight * straight * first_square * second_square) return {};
+  const double scale = 1.0 / norm(c.x - a.x, c.y - a.y);
+  return {scale * (c.x - a.x), scale * (c.y - a.y)};
 }
 
 // Normal equations of forward, sideways and yaw error.
@@ -56,8 +66,7 @@ struct Fit {
     const double l = (a[1] * yy - a[2] * a[4]) / determinant;
     const double y = (a[2] * ll - a[1] * a[4]) / determinant;
     const double left = a[0] - a[1] * l - a[2] * y;
-    constexpr double least = 1e-6;
-    if (!(left > least)) return {};
+    if (!(left > least_fit)) return {};
     return {(b[0] - b[1] * l - b[2] * y) / left, left / square(sample_sigma)};
   }
 
@@ -66,8 +75,6 @@ struct Fit {
 
 // How much of `error` to correct: nothing of what may be chance, all of it from a little beyond the tolerance on.
 double correction(double error, double tolerance, const SpeedScale& scale, const SpeedScaleParams& params) noexcept {
-  constexpr double chance = 2.0;  // sigmas
-  constexpr double ramp = 0.01;
   const double bounded = std::clamp(error, -params.scale_limit, params.scale_limit);
   const double clear = (std::abs(bounded) - tolerance - chance * std::sqrt(scale.variance)) / ramp;
   return bounded * std::clamp(clear, 0.0, 1.0);
@@ -75,7 +82,8 @@ double correction(double error, double tolerance, const SpeedScale& scale, const
 
 }  // namespace
 
-MotionError forward_error(const WallsSeen& before, const Buffer<SectionSample>& now, double moved) noexcept {
+MotionError forward_error(const WallsSeen& before, const Buffer<SectionSample>& now, double moved,
+                          const SpeedScaleParams& params) noexcept {
   WallSearch left(before.left, before.left.seen);
   WallSearch right(before.right, before.right.seen);
   Fit fit;
@@ -83,14 +91,14 @@ MotionError forward_error(const WallsSeen& before, const Buffer<SectionSample>& 
     const SectionSample& sample = now[k];
     if (sample.vote == 0) continue;
     const WallSide& side = sample.vote > 0 ? before.left : before.right;
-    const Nearest nearest = (sample.vote > 0 ? left : right).nearest(sample.x, sample.y);
+    const Nearest nearest = (sample.vote > 0 ? left : right).nearest_onwards(sample.x, sample.y, same_wall);
     if (nearest.distance > same_wall) continue;
     const Point2 t = direction(side, nearest.index);
     const Point2 wall = side.at(nearest.index);
     const double nx = -t.y;
     const double ny = t.x;
     const double off = nx * (sample.x - wall.x) + ny * (sample.y - wall.y);
-    if (std::abs(off) > believable + 0.25 * std::abs(moved * nx)) continue;
+    if (std::abs(off) > believable + params.scale_limit * std::abs(moved * nx)) continue;
     fit.add({-nx, -ny, nx * sample.y - ny * sample.x}, off);
   }
   return fit.solve();
@@ -98,10 +106,8 @@ MotionError forward_error(const WallsSeen& before, const Buffer<SectionSample>& 
 
 void learn_from_walls(const MotionError& error, double moved, double measured, double dt,
                       const SpeedScaleParams& params, SpeedScale& scale) noexcept {
-  constexpr double least = 0.01;  // [m] of motion that tells a scale
-  constexpr double most_variance = 0.01;
-  scale.variance = std::min(scale.variance + params.scale_drift * params.scale_drift * dt, most_variance);
-  if (params.scale_limit <= 0.0 || error.information <= 0.0 || std::abs(measured) < least) return;
+  scale.variance = std::min(scale.variance + params.scale_drift * params.scale_drift * dt, SpeedScale::unknown);
+  if (params.scale_limit <= 0.0 || error.information <= 0.0 || std::abs(measured) < least_motion) return;
   const double seen = (moved + error.forward) / measured;
   const double variance = params.scale_sigma * params.scale_sigma + 1.0 / (error.information * measured * measured);
   const double gain = scale.variance / (scale.variance + variance);
@@ -116,8 +122,7 @@ void learn_from_command(double command, double measured, double dt, const SpeedS
   if (params.scale_limit <= 0.0) return;
   // A car that is held back, braked or pushed tells nothing.
   const double credible = params.scale_limit * scale.expected;
-  constexpr double slack = 0.2;  // [m/s]
-  if (std::abs(measured - scale.expected) > credible + slack) return;
+  if (std::abs(measured - scale.expected) > credible + response_slack) return;
   const double kept = std::exp(-dt / params.scale_time);
   scale.commanded_square = kept * scale.commanded_square + dt * scale.expected * scale.expected;
   scale.commanded_driven = kept * scale.commanded_driven + dt * scale.expected * measured;
@@ -128,8 +133,9 @@ double true_per_measured(const SpeedScale& scale, const SpeedScaleParams& params
 }
 
 double true_per_commanded(const SpeedScale& scale, const SpeedScaleParams& params) noexcept {
-  const double driven = scale.commanded_driven / std::max(scale.commanded_square, 1e-6);
-  const double error = scale.ratio * driven - 1.0;
+  // Of a car that has stood for long all is forgotten: it is believed again.
+  if (!(scale.commanded_square > least_driven)) return 1.0;
+  const double error = scale.ratio * scale.commanded_driven / scale.commanded_square - 1.0;
   // Where the walls already say that the car is faster than it reads, its commands are no longer given the benefit of
   // the doubt.
   const bool fast = true_per_measured(scale, params) > 1.0;

@@ -17,15 +17,19 @@ struct MotionError {
 
 // `before`: walls of the last scan, moved by odometry into today's base_link. `now`: today's samples, with their votes.
 // `moved`: [m] how far they were moved. A point-to-line fit of the forward, sideways and yaw error that are left.
-MotionError forward_error(const WallsSeen& before, const Buffer<SectionSample>& now, double moved) noexcept;
+MotionError forward_error(const WallsSeen& before, const Buffer<SectionSample>& now, double moved,
+                          const SpeedScaleParams& params) noexcept;
 
 // What lasts of it from one scan to the next.
 struct SpeedScale {
-  double ratio = 1.0;             // true speed per measured
-  double variance = 0.01;         // of it
-  double expected = 0.0;          // [m/s] what the car should measure by the commands of late
-  double commanded_square = 4.0;  // sum of expected^2, forgotten slowly; starts with belief in 1
-  double commanded_driven = 4.0;  // sum of expected times measured
+  static constexpr double unknown = 0.01;  // variance of the ratio of a car that nothing is known of
+  static constexpr double belief = 4.0;    // [m^2/s] of driving by which a car is believed at first: 1 s at 2 m/s
+
+  double ratio = 1.0;                // true speed per measured
+  double variance = unknown;         // of it
+  double expected = 0.0;             // [m/s] what the car should measure by the commands of late
+  double commanded_square = belief;  // integral of expected^2 over time, forgotten slowly
+  double commanded_driven = belief;  // integral of expected times measured
 };
 
 // A scan later: the car was taken to have moved `moved` [m] where it measured `measured` [m].

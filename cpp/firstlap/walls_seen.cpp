@@ -149,6 +149,29 @@ Nearest nearest_sample(const WallSide& side, double px, double py) noexcept {
 
 Nearest WallSearch::nearest(double x, double y) noexcept { return nearest_of_first(count_, side_, x, y); }
 
+Nearest WallSearch::nearest_onwards(double x, double y, double reach) noexcept {
+  if (count_ == 0) return nearest(x, y);
+  const auto square = [&](std::size_t i) {
+    const double dx = x - static_cast<double>(side_.x[i]);
+    const double dy = y - static_cast<double>(side_.y[i]);
+    return dx * dx + dy * dy;
+  };
+  double best = square(last_);
+  const auto take = [&](std::size_t i) {
+    const double there = square(i);
+    if (there >= best) return false;
+    best = there;
+    last_ = i;
+    return true;
+  };
+  while (last_ + 1 < count_ && take(last_ + 1)) continue;
+  while (last_ > 0 && take(last_ - 1)) continue;
+  if (best <= reach * reach) return {last_, std::sqrt(best)};
+  const Nearest of_all = nearest(x, y);
+  last_ = of_all.index;
+  return of_all;
+}
+
 double WallSearch::distance(double x, double y, double enough) noexcept {
   constexpr std::size_t reach = 3;  // samples that are tried first
   for (std::size_t i = last_; i < std::min(last_ + reach, count_); ++i) {

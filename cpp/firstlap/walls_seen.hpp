@@ -51,6 +51,10 @@ class WallSearch {
 
   Nearest nearest(double x, double y) noexcept;
 
+  // The nearest of the samples on from the last answer, downhill along the wall; of all where that is farther than
+  // `reach` [m]. Another one where the wall comes back on itself.
+  Nearest nearest_onwards(double x, double y, double reach) noexcept;
+
   // To the nearest sample [m], or to one that is nearer than `enough` [m].
   double distance(double x, double y, double enough) noexcept;
 

@@ -131,7 +131,8 @@ Numpy<std::uint8_t, 2> cells_of(const maps::OccupancyGrid& grid) {
 }
 
 nb::tuple as_tuple(const maps::Estimate& e) {
-  return nb::make_tuple(e.pose.x, e.pose.y, e.pose.yaw, e.std, e.std_yaw, e.fit, e.searching, e.lost);
+  return nb::make_tuple(e.pose.x, e.pose.y, e.pose.yaw, e.std, e.std_yaw, e.fit, e.searching, e.lost, e.speed_scale,
+                        e.command_scale);
 }
 
 nb::tuple step(maps::Localiser& localiser, const Ranges& ranges, double speed, double yaw_rate, double steering_angle,
@@ -234,7 +235,10 @@ void bind_localisation(nb::module_& m) {
       .def("step", &step, nb::arg("ranges").noconvert(), nb::arg("speed"), nb::arg("yaw_rate"),
            nb::arg("steering_angle"), nb::arg("dt"), nb::arg("angle_min"), nb::arg("angle_increment"),
            nb::arg("time_increment"), nb::arg("range_min"), nb::arg("range_max"),
-           "x, y, yaw, std, std_yaw, fit, searching, lost for a float32 scan. Releases the GIL.")
+           "x, y, yaw, std, std_yaw, fit, searching, lost, speed_scale, command_scale for a float32 scan. Releases the "
+           "GIL.")
+      .def("commanded", &maps::Localiser::commanded, nb::arg("speed"),
+           "The speed command [m/s] that was given after the last step.")
       .def(
           "predict",
           [](const maps::Localiser& self, double x, double y, double yaw, double speed, double yaw_rate, double time) {

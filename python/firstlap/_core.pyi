@@ -502,8 +502,11 @@ class Localiser:
 
     def step(self, ranges: Annotated[NDArray[numpy.float32], dict(shape=(None,), order='C', device='cpu', writable=False)], speed: float, yaw_rate: float, steering_angle: float, dt: float, angle_min: float, angle_increment: float, time_increment: float, range_min: float, range_max: float) -> tuple:
         """
-        x, y, yaw, std, std_yaw, fit, searching, lost for a float32 scan. Releases the GIL.
+        x, y, yaw, std, std_yaw, fit, searching, lost, speed_scale, command_scale for a float32 scan. Releases the GIL.
         """
+
+    def commanded(self, speed: float) -> None:
+        """The speed command [m/s] that was given after the last step."""
 
     def predict(self, x: float, y: float, yaw: float, speed: float, yaw_rate: float, time: float) -> tuple:
         """The pose so many seconds later."""

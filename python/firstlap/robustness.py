@@ -34,7 +34,7 @@ WAYS = ("race.obstacle_sight", "race.obstacle_at", "race.obstacle_offset")
 
 @dataclass(frozen=True)
 class Sweep:
-    """One disturbance: which conditions it sets (section.name of `OPTION_FIELDS`), to which values times `scale`.
+    """One disturbance: which conditions it sets (section.name of `OPTION_FIELDS`), to `offset` + `scale` times a value.
 
     kind: 'field' sets them, 'joints' cuts the walls into pipes, 'box' puts the sudden obstacle on the line.
     """
@@ -47,12 +47,13 @@ class Sweep:
     sets: tuple[str, ...] = ()
     scale: float = 1.0
     fixed: tuple[tuple[str, float], ...] = ()
+    offset: float = 0.0
 
     def conditions(self, value: float) -> dict[str, float]:
         """Options of a race at this value."""
         if self.kind != "field":
             return {}
-        return {**dict(self.fixed), **dict.fromkeys(self.sets, value * self.scale)}
+        return {**dict(self.fixed), **dict.fromkeys(self.sets, self.offset + value * self.scale)}
 
 
 SWEEPS = (
@@ -76,6 +77,8 @@ SWEEPS = (
           ("sensors.laser_x_error",), 0.001),
     Sweep("laser_left", "laser left of where it is believed", "mm", (0, -100, -50, -25, 25, 50, 100), "field",
           ("sensors.laser_y_error",), 0.001),
+    Sweep("range_scale", "ranges read long", "%", (0, -10, -5, -2, 2, 5, 10), "field",
+          ("lidar.range_scale",), 0.01, offset=1.0),
     Sweep("steering_trim", "wheels stand left of straight", "°", (0, -6, -4, -2, -1, 1, 2, 4, 6), "field",
           ("vehicle.steering_trim",), math.pi / 180.0),
     Sweep("steering_gain", "wheels turn by this share of the command", "%", (100, 60, 70, 80, 90, 110, 120, 130, 140),

@@ -300,6 +300,13 @@ def test_a_race_may_start_anywhere_on_the_track(oval, prepared):
     assert (result.path["status"][8:] == STATUSES.index("ok")).all()
 
 
+@pytest.mark.parametrize("error", [-0.15, 0.15])
+@pytest.mark.parametrize("wrong", ["sensors.speed_scale_error", "vehicle.speed_constant_error"])
+def test_a_wrong_speed_is_found_out_on_the_map(oval, prepared, wrong, error):
+    result = firstlap.race(oval, coarse(), CAR, laps=2, preparation=prepared, options={wrong: error})
+    assert result.finished
+
+
 def test_a_car_that_is_carried_far_off_stops_and_finds_itself_on_the_whole_map(oval, prepared):
     def carry(driver):
         driver.localiser.core.displace(-6.0, 0.0, 0.0)

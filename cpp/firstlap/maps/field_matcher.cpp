@@ -32,6 +32,22 @@ Pose2 refined(std::span<const Beam> beams, const LikelihoodField& field, const P
   return pose;
 }
 
+double forward_information(std::span<const Beam> beams, const LikelihoodField& field, const Pose2& pose,
+                           const RefineParams& params) noexcept {
+  const double c = std::cos(pose.yaw), s = std::sin(pose.yaw);
+  Normal3 normal;  // left, yaw, forward: what is solved for the last is free of the others
+  for (const Beam& b : beams) {
+    const auto bx = static_cast<double>(b.x), by = static_cast<double>(b.y);
+    const auto [distance, dx, dy] = field.slope(pose.x + c * bx - s * by, pose.y + s * bx + c * by);
+    if (distance > params.sigma) continue;
+    const double forward = c * dx + s * dy, left = c * dy - s * dx;
+    normal.add(left, left * bx - forward * by, forward, 0.0, 1.0 / (params.sigma * params.sigma));
+  }
+  normal.b = {0.0, 0.0, 1.0};
+  const double variance = normal.solve()[2];
+  return variance > 0.0 ? 1.0 / variance : 0.0;
+}
+
 double fit_of(std::span<const Beam> beams, const LikelihoodField& field, const Pose2& pose, double distance) noexcept {
   if (beams.empty()) return 0.0;
   const auto c = static_cast<float>(std::cos(pose.yaw)), s = static_cast<float>(std::sin(pose.yaw));

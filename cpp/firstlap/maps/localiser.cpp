@@ -59,9 +59,13 @@ void Localiser::start(const Pose2& pose) noexcept {
   estimate_ = {};
   estimate_.pose = pose;
   tight_fit_ = usual_fit_ = average_fit_ = good_time_ = 0.0;
+  speed_scale_ = {};
+  speed_command_ = moved_ = measured_ = 0.0;
   started_ = true;
   moving_ = was_found_ = jumped_ = false;
 }
+
+void Localiser::commanded(double speed) noexcept { speed_command_ = std::abs(speed) < fastest ? speed : 0.0; }
 
 void Localiser::displace(const Pose2& by) noexcept {
   const Motion motion{by.x, by.y, by.yaw};
@@ -72,11 +76,16 @@ void Localiser::displace(const Pose2& by) noexcept {
 Estimate Localiser::step(const LaserScan& scan, const VehicleState& state, double dt) noexcept {
   dt = std::isfinite(dt) ? std::clamp(dt, 0.0, longest_step) : 0.0;
   if (!started_) return estimate_;
-  const VehicleState used = sane(state) ? state : VehicleState{};
+  VehicleState used = sane(state) ? state : VehicleState{};
+  learn_from_command(speed_command_, used.speed, dt, params_.speed_scale, speed_scale_);
+  estimate_.speed_scale = true_per_measured(speed_scale_, params_.speed_scale);
+  estimate_.command_scale = true_per_commanded(speed_scale_, params_.speed_scale);
+  used.speed *= estimate_.speed_scale;
   move(used, dt);
   if (choose_beams(scan, used, dt)) {
     locate();
     judge(filter_.cluster(), dt);
+    learn_speed_scale(dt);
     resample();
   } else {
     estimate_.fit = tight_fit_ = 0.0;  // blind: odometry alone, and soon lost
@@ -92,8 +101,20 @@ void Localiser::move(const VehicleState& state, double dt) noexcept {
   const double speed = 0.5 * (before.speed + state.speed), rate = 0.5 * (before.yaw_rate + state.yaw_rate);
   filter_.move(speed, rate, dt);
   pose_ = moved(pose_, motion_of(speed, rate, params_.motion.slip, dt));
+  moved_ += speed * dt;
+  measured_ += speed / estimate_.speed_scale * dt;
   last_ = state;
   moving_ = true;
+}
+
+// By how far it came on the map since the last scan that told.
+void Localiser::learn_speed_scale(double dt) noexcept {
+  const double information = estimate_.searching || estimate_.lost || jumped_
+                                 ? 0.0
+                                 : forward_information(dense_.span(), field_, pose_, params_.refine);
+  // Both ends of the way are places found on the map: twice the variance of one.
+  learn_from_walls({missed_, 0.5 * information}, moved_, measured_, dt, params_.speed_scale, speed_scale_);
+  moved_ = measured_ = 0.0;
 }
 
 bool Localiser::choose_beams(const LaserScan& scan, const VehicleState& state, double dt) noexcept {
@@ -116,6 +137,7 @@ void Localiser::locate() noexcept {
   pose_ = of_finer >= of_mean ? finer : cluster.pose;
   if (close && of_tracked > std::max(of_finer, of_mean)) pose_ = tracked;
   jumped_ = norm(pose_.x - expected.x, pose_.y - expected.y) > params_.lost.jump;
+  missed_ = (pose_.x - expected.x) * std::cos(expected.yaw) + (pose_.y - expected.y) * std::sin(expected.yaw);
   tight_fit_ = fit(pose_);
   estimate_.fit = fit_of(dense_.span(), field_, pose_, params_.lost.fit_distance);
 }

@@ -9,6 +9,7 @@
 #include "firstlap/maps/likelihood_field.hpp"
 #include "firstlap/maps/params.hpp"
 #include "firstlap/maps/particle_filter.hpp"
+#include "firstlap/speed_scale.hpp"
 #include "firstlap/types.hpp"
 
 namespace firstlap::maps {
@@ -20,6 +21,9 @@ struct Estimate {
   double fit = 0.0;       // share of the scan that lies on the map
   bool searching = true;  // something does not fit: the filter looks further round
   bool lost = true;       // the pose must not be trusted: stop
+  // By how far the car came on the map: exactly 1 where nothing speaks clearly against what is measured.
+  double speed_scale = 1.0;    // true speed per measured
+  double command_scale = 1.0;  // true speed per commanded, never below 1
 };
 
 // The pose `time` [s] later, at the measured speed and yaw rate: what a late command will meet.
@@ -38,6 +42,9 @@ class Localiser {
   // Shifts all that it believes, in base_link: what a car notices that was picked up and set down elsewhere.
   void displace(const Pose2& by) noexcept;
 
+  // The speed command [m/s] that was given after the last step: what becomes of commands tells whether those are wrong.
+  void commanded(double speed) noexcept;
+
   // One scan, the state measured at its end, and the time since the scan before [s]. Never throws, prints, locks,
   // waits or allocates, whatever the input. Before start() it is lost.
   Estimate step(const LaserScan& scan, const VehicleState& state, double dt) noexcept;
@@ -51,6 +58,7 @@ class Localiser {
   bool choose_beams(const LaserScan& scan, const VehicleState& state, double dt) noexcept;
   void locate() noexcept;
   void judge(const Cluster& cluster, double dt) noexcept;
+  void learn_speed_scale(double dt) noexcept;
   void resample() noexcept;
 
   LikelihoodField field_;
@@ -61,6 +69,10 @@ class Localiser {
   Pose2 pose_{};                // in the field's frame
   VehicleState last_{};
   Estimate estimate_{};
+  SpeedScale speed_scale_{};                  // how far the car's speeds are wrong
+  double speed_command_ = 0.0;                // [m/s] the last given
+  double moved_ = 0.0, measured_ = 0.0;       // [m] forward since the last scan that placed it: as taken, as measured
+  double missed_ = 0.0;                       // [m] and how much further it then was on the map
   double tight_fit_ = 0.0, usual_fit_ = 0.0;  // share of the scan very near to walls, now and on average
   int searches_ = 0;
   double average_fit_ = 0.0, good_time_ = 0.0;

@@ -6,6 +6,7 @@
 #include <type_traits>
 
 #include "firstlap/field.hpp"
+#include "firstlap/params.hpp"
 
 namespace firstlap::maps {
 
@@ -259,6 +260,7 @@ struct LocaliserParams {
   FilterParams filter{};
   RefineParams refine{};
   LostParams lost{};
+  SpeedScaleParams speed_scale{};
 };
 
 template <class AnyParams, class Visitor>
@@ -279,6 +281,7 @@ void for_each_section(AnyParams& params, Visitor&& visit) {
   visit("filter", params.filter);
   visit("refine", params.refine);
   visit("lost", params.lost);
+  visit("speed_scale", params.speed_scale);
 }
 
 // Throw std::invalid_argument: section, field, value, allowed range.

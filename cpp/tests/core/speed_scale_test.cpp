@@ -35,7 +35,7 @@ TEST(ForwardError, IsHowMuchFurtherTheWallsCameThanOdometrySays) {
   for (const double missed : {-0.03, -0.01, 0.0, 0.01, 0.03}) {
     const Seen before(0.0, false);
     const Seen now(missed, false);
-    const MotionError error = forward_error(before.walls, now.samples, 0.15);
+    const MotionError error = forward_error(before.walls, now.samples, 0.15, {});
     EXPECT_NEAR(error.forward, missed, 0.002) << missed;
     EXPECT_GT(error.information, 1e4);
   }
@@ -46,8 +46,21 @@ TEST(ForwardError, HasNoInformationBetweenParallelWalls) {
   Buffer<SectionSample> now(max_samples);
   add_wall(0.0, {-2, 1}, {8, 1}, 1, walls.left, now);
   add_wall(0.0, {-2, -1}, {8, -1}, -1, walls.right, now);
-  EXPECT_LT(forward_error(walls, now, 0.15).information, 1.0);
-  EXPECT_EQ(forward_error({}, now, 0.15).information, 0.0);
+  EXPECT_LT(forward_error(walls, now, 0.15, {}).information, 1.0);
+  EXPECT_EQ(forward_error({}, now, 0.15, {}).information, 0.0);
+}
+
+TEST(ForwardError, SearchesOnwardsAlongAWallAndAllOfItWhereThatEndsFarAway) {
+  WallSide side;
+  for (int i = 0; i < 40; ++i) side.push(0.15 * i, 1.0, {}, 0.0F);
+  for (int i = 0; i < 40; ++i) side.push(6.0 - 0.15 * i, 3.0, {}, 0.0F);
+  WallSearch search(side, side.size());
+  EXPECT_EQ(search.nearest_onwards(3.0, 1.1, 0.3).index, 20U);
+  EXPECT_EQ(search.nearest_onwards(1.5, 1.1, 0.3).index, 10U);
+  EXPECT_EQ(search.nearest_onwards(3.0, 2.9, 0.3).index, 60U) << "across";
+  EXPECT_EQ(search.nearest_onwards(3.3, 2.9, 0.3).index, 58U);
+  EXPECT_GT(search.nearest_onwards(3.3, 9.0, 0.3).distance, 0.3);
+  EXPECT_GT(WallSearch(side, 0).nearest_onwards(0.0, 0.0, 0.3).distance, 1e9);
 }
 
 SpeedScale after(double seconds, double true_speed, double reads, double command) {

@@ -46,6 +46,42 @@ TEST(Localiser, follows_a_racing_car_within_centimetres) {
   }
 }
 
+// What becomes of commands is believed more slowly: until then the car is told to drive less, never more.
+TEST(Localiser, finds_what_the_measured_speed_is_wrong_by_soon_and_what_the_command_is_later) {
+  for (const double error : {-0.15, 0.0, 0.15}) {
+    auto localiser = on(wavy());
+    Drive drive(wavy(), 5.0);
+    localiser->start(drive.pose());
+    Estimate estimate;
+    for (int i = 0; i < 200; ++i) {
+      drive.advance();
+      VehicleState state = drive.measured();
+      state.speed *= 1.0 + error;
+      estimate = localiser->step(drive.scan(), state, Drive::dt);
+      localiser->commanded(5.0);
+      ASSERT_TRUE(i <= 60 || std::abs(estimate.speed_scale - 1.0 / (1.0 + error)) < 0.04) << error << i;
+      ASSERT_GE(estimate.command_scale, 1.0) << error << ' ' << i;
+    }
+    EXPECT_FALSE(estimate.lost) << error;
+    EXPECT_NEAR(estimate.command_scale, 1.0, 0.02) << error;
+    EXPECT_LT(distance(estimate.pose, drive.pose()), 0.10) << error;
+  }
+}
+
+TEST(Localiser, believes_every_speed_where_its_limit_is_0) {
+  LocaliserParams params;
+  params.speed_scale.scale_limit = 0.0;
+  Localiser localiser(testing::field_of_track(wavy()), CarGeometry{}, params, 1);
+  Drive drive(wavy(), 5.0);
+  localiser.start(drive.pose());
+  for (int i = 0; i < 60; ++i) {
+    drive.advance();
+    VehicleState state = drive.measured();
+    state.speed *= 1.15;
+    EXPECT_EQ(localiser.step(drive.scan(), state, Drive::dt).speed_scale, 1.0);
+  }
+}
+
 TEST(Localiser, finds_itself_from_a_start_that_is_two_metres_and_45_degrees_wrong) {
   for (int i = 0; i < 8; ++i) {
     auto localiser = on(wavy(), static_cast<std::uint64_t>(i) + 1);

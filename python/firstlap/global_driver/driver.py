@@ -95,6 +95,8 @@ class GlobalDriver:
         """One command. Never raises for bad data."""
         head = ScanHeader(**header)
         pose = self._pose(ranges, (speed, yaw_rate, steering_angle), dt, head)
+        # From here on speeds are true ones, by how far the car came on the map; the car is told its own again.
+        speed *= self.estimate.speed_scale if self.estimate is not None else 1.0
         if self.seen and self.seen["result"][2] == "blocked":
             pose = self._reckoned(speed, yaw_rate, dt) or pose
         self._meet(pose)
@@ -112,8 +114,17 @@ class GlobalDriver:
         if command[:2] != step[:2]:
             self.controller.replace(command[0], command[1])
         self._previous_steering = command[1]
+        command = self._for_the_car(command)
         self.seen = {"ranges": ranges, "header": head, "result": command, "pose": pose}
         return command
+
+    def _for_the_car(self, command: Command) -> Command:
+        """The command with what the car makes of it: one that drives faster than told is told less."""
+        if self.estimate is None:
+            return command
+        speed = command[0] / self.estimate.command_scale
+        self.localiser.commanded(speed)
+        return speed, command[1], command[2]
 
     # The pose.
 

@@ -31,6 +31,8 @@ class Estimate(NamedTuple):
 
     std [m], std_yaw [rad]: spread of the particles round it. fit: share of the scan that lies on the map.
     searching: something does not fit, the filter looks further round. lost: do not trust the pose; stop.
+    speed_scale: true speed per measured, by how far the car came on the map; command_scale: true speed per commanded,
+    never below 1. Both are exactly 1 where nothing speaks clearly against what is measured.
     """
 
     x: float
@@ -41,6 +43,8 @@ class Estimate(NamedTuple):
     fit: float
     searching: bool
     lost: bool
+    speed_scale: float = 1.0
+    command_scale: float = 1.0
 
 
 def localiser_params(assignments: list[str] | None = None) -> _core.LocaliserParams:
@@ -85,6 +89,10 @@ class Localiser:
         sweep, m/s, rad/s, rad. dt: seconds since the scan before.
         """
         return Estimate(*self.core.step(ranges, speed, yaw_rate, steering_angle, dt, *header))
+
+    def commanded(self, speed: float) -> None:
+        """The speed command [m/s] that was given after the last step: without it `command_scale` stays 1."""
+        self.core.commanded(speed)
 
     def predict(self, at: Estimate, speed: float, yaw_rate: float, time: float) -> tuple[float, float, float]:
         """The pose `time` seconds after the estimate: where a command meets the car that computing has delayed."""
