@@ -32,7 +32,7 @@ def test_every_sweep_sets_fields_that_exist_to_values_that_they_allow(sweep):
         field = OPTION_FIELDS.find(key, "sweep")
         if sweep.kind != "box":
             for value in sweep.values:
-                OPTION_FIELDS.check(field, value * sweep.scale, "sweep")
+                OPTION_FIELDS.check(field, sweep.offset + value * sweep.scale, "sweep")
     for key, value in sweep.fixed:
         OPTION_FIELDS.check(OPTION_FIELDS.find(key, "sweep"), value, "sweep")
 

@@ -42,7 +42,7 @@ def test_a_wrong_token_sees_nothing_and_a_watcher_has_no_controls(browser: Brows
         watcher.page.keyboard.press("Space")
         watcher.page.wait_for_timeout(300)
         assert "EMERGENCY STOP" not in watcher.text()
-        assert "watching" in watcher.text()
+        watcher.until(lambda: "watching" in watcher.text())
         assert watcher.page.locator("input[inputmode]").count() == 0
         watcher.picture("watching")
         assert source.latest().going
