@@ -12,7 +12,7 @@ HEARTBEAT = 0.5
 """[s] between two claims of a node."""
 LASTS = 3.0
 """[s] that a claim counts: a node that died says no more."""
-SETTLE = 1.0
+SETTLE = 3.0
 """[s] of its life in which a node only looks for others."""
 MAX_TEXT = 1000
 

@@ -38,7 +38,10 @@ NAMES = {STANDING: "the scans"}
 PRESENT = (STANDING, COMMANDS)
 """What is known only while it lasts."""
 CARRIED = 10.0
-"""[s] after which scans that moved while odometry stood are forgotten: the car was carried. Not if it was driven."""
+"""[s] after which scans that moved while odometry stood are forgotten: the car was carried. If it was driven, it stands
+by now, and only a person lets it try again."""
+JUMP = 1.5
+"""[m/s] that no car's speed changes by from one step to the next: it was put elsewhere, or ran into something."""
 
 
 class _Ring:
@@ -183,7 +186,7 @@ class OdometryWatch:
             self._steps.clear()
         step = self._motion.add(waiting.scan, waiting.time)
         if step is not None:
-            if self._steps and step.begin < self._steps[-1].begin:
+            if self._steps and (step.begin < self._steps[-1].begin or _jumps(self._steps[-1], step)):
                 self._steps.clear()
             self._steps.append(step)
             self._unjudged += 1
@@ -204,17 +207,16 @@ class OdometryWatch:
         turning = TWIST if self._turning is None else "the IMU"
         odometry = Odometry(rows[:, 0], rows[:, 1:4], poses, turning)
         steps = as_steps(list(self._steps), commands[:, 0], commands[:, 1])
-        driven = bool(np.any(np.nan_to_num(steps.commands) > 0.0))
-        self._keep(judge(odometry, steps), now, driven)
+        self._keep(judge(odometry, steps), now)
         found = [verdict for _, verdict in self._verdicts.values() if verdict is not None]
         self.remarks = tuple(one.text for one in found)
         self.compared = tuple(dict.fromkeys(NAMES.get(pair.reference, pair.reference) for pair in self._verdicts))
         self.reason = next((one.text for one in found if one.gross), "")
 
-    def _keep(self, judged: dict[Pair, Contradiction | None], now: float, driven: bool) -> None:
+    def _keep(self, judged: dict[Pair, Contradiction | None], now: float) -> None:
         """What was judged before stays until it is judged anew."""
         for pair, (when, verdict) in list(self._verdicts.items()):
-            carried = verdict is not None and verdict.kind == "zero" and not driven and now - when > CARRIED
+            carried = verdict is not None and verdict.kind == "zero" and now - when > CARRIED
             if carried or (pair.reference in PRESENT and pair not in judged):
                 del self._verdicts[pair]
         for pair in [pair for pair in self._streaks if pair not in judged]:
@@ -225,6 +227,12 @@ class OdometryWatch:
             enough = CONFIRMED_SCALE if verdict is not None and verdict.kind == "scale" else CONFIRMED
             if not grows or self._streaks[pair] >= enough:
                 self._verdicts[pair] = (now, verdict)
+
+
+def _jumps(before: ScanStep, after: ScanStep) -> bool:
+    """Whether the scans did not go on as they did."""
+    speeds = [one.forward / (one.end - one.begin) for one in (before, after)]
+    return abs(speeds[1] - speeds[0]) > JUMP
 
 
 def _about(remark: str) -> str:

@@ -10,6 +10,7 @@ from ackermann_msgs.msg import AckermannDriveStamped
 from lifecycle_msgs.srv import ChangeState
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import SetParameters
+from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import qos_profile_sensor_data
 from std_srvs.srv import Trigger
@@ -75,7 +76,9 @@ class Probe:
     def publisher(self, kind: Any, topic: str) -> Any:
         """A publisher that somebody listens to."""
         if topic not in self._publishers:
-            self._publishers[topic] = self.node.create_publisher(kind, topic, 1)
+            self._publishers[topic] = self.node.create_publisher(
+                kind, topic, 1, event_callbacks=PublisherEventCallbacks(use_default_callbacks=False)
+            )
             while self._publishers[topic].get_subscription_count() == 0:
                 self.spin(0.01)
         return self._publishers[topic]
