@@ -60,7 +60,7 @@ ScanFault judge_header(const LaserScan& scan, const ScanContext& context) noexce
   if (scan.ranges.size() < 2) return ScanFault::no_beams;
   const bool finite = angles_finite(scan) && std::isfinite(scan.time_increment) && std::isfinite(scan.range_min);
   if (!finite || std::isnan(scan.range_max) || std::isinf(context.angle_max)) return ScanFault::not_finite;
-  if (scan.angle_increment == 0.0) return ScanFault::zero_increment;
+  if (std::abs(scan.angle_increment) < least_increment) return ScanFault::zero_increment;
   if (std::abs(scan.angle_min) > most_first_angle) return ScanFault::too_wide;
   if (std::abs(scan.angle_increment) * last_beam(scan) > most_span) return ScanFault::too_wide;
   if (!(scan.range_max > scan.range_min)) return ScanFault::range_limits;
@@ -121,7 +121,7 @@ std::string explain_fault(const LaserScan& scan, const ScanContext& context, con
           "its header is not finite: angle_min %g, angle_increment %g, time_increment %g, range_min %g, "
           "range_max %g",
           scan.angle_min, scan.angle_increment, scan.time_increment, scan.range_min, scan.range_max);
-    case ScanFault::zero_increment: return "angle_increment is 0";
+    case ScanFault::zero_increment: return text("angle_increment is %g rad", scan.angle_increment);
     case ScanFault::too_wide:
       return text("%d beams from %g rad by %g rad are more than a full turn: are the angles in degrees?", beams,
                   scan.angle_min, scan.angle_increment);

@@ -16,7 +16,7 @@ enum class ScanFault : std::uint8_t {
   none,
   no_beams,          // fewer than two
   not_finite,        // an angle, a time or range_min
-  zero_increment,    // all beams point the same way
+  zero_increment,    // all beams point the same way, or as good as
   too_wide,          // more than a full turn, or a first beam turns away: angles in degrees
   range_limits,      // range_max is not above range_min
   time_increment,    // negative
@@ -44,6 +44,7 @@ struct ScanJudgement {
 namespace scan_limits {
 inline constexpr double range_max_margin = 0.05;  // [m] a range this near to range_max is no return
 inline constexpr double most_first_angle = 13.0;  // [rad] two turns, and a bit for a mounting
+inline constexpr double least_increment = 1e-6;   // [rad] between beams
 inline constexpr double most_span = 6.4;          // [rad] a full turn and a beam or two that overlap
 inline constexpr double ahead = 0.5;              // [rad] to either side, where some beam must point
 inline constexpr std::size_t fewest_returns = 4;

@@ -69,6 +69,7 @@ TEST(ScanCheck, a_header_without_sense_is_a_fault_of_its_own_kind) {
   EXPECT_EQ(with([](LaserScan& scan) { scan.range_max = nan; }), ScanFault::not_finite);
   EXPECT_EQ(with([](LaserScan& scan) { scan.angle_min = nan; }), ScanFault::not_finite);
   EXPECT_EQ(with([](LaserScan& scan) { scan.angle_increment = 0.0; }), ScanFault::zero_increment);
+  EXPECT_EQ(with([](LaserScan& scan) { scan.angle_increment = 5e-324; }), ScanFault::zero_increment);
   EXPECT_EQ(with([](LaserScan& scan) { scan.angle_increment = 0.01; }), ScanFault::too_wide);
   EXPECT_EQ(with([](LaserScan& scan) { scan.range_min = 30.0; }), ScanFault::range_limits);
   EXPECT_EQ(with([](LaserScan& scan) { scan.range_max = inf; }), ScanFault::none) << "no upper limit is a limit";
