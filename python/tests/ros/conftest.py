@@ -114,7 +114,8 @@ class Lab:
         """A busy machine may starve a node until it stops: the driver consents again. For conditions that wait."""
         for space in spaces or ("",):
             heard = self.probe.commands[f"{space}/drive"]
-            if heard and heard[-1].speed == 0.0:
+            # One that died while it drove has left its last command, and the next one waits for a person.
+            if heard and (heard[-1].speed == 0.0 or self.silent(f"{space}/drive")):
                 self.probe.trigger(f"{space}/firstlap_drive/go")
         self.probe.spin(0.05)
 
