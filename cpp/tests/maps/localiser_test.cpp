@@ -59,7 +59,7 @@ TEST(Localiser, finds_what_the_measured_speed_is_wrong_by_soon_and_what_the_comm
       state.speed *= 1.0 + error;
       estimate = localiser->step(drive.scan(), state, Drive::dt);
       localiser->commanded(5.0);
-      ASSERT_TRUE(i <= 60 || std::abs(estimate.speed_scale - 1.0 / (1.0 + error)) < 0.04) << error << i;
+      ASSERT_TRUE(i <= 60 || std::abs(estimate.speed_scale - 1.0 / (1.0 + error)) < 0.03) << error << i;
       ASSERT_GE(estimate.command_scale, 1.0) << error << ' ' << i;
     }
     EXPECT_FALSE(estimate.lost) << error;
