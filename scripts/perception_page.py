@@ -54,7 +54,7 @@ keeps as far from the apex as from the outer wall. `make pictures` draws these t
 Of the scans that were bad, pictures of all runs of them were looked at, and each class became a rule:
 
 - Round the tip of an inner wall the line ran along the outer wall at half the remembered width. What is hidden is not
-  nearer than the line of sight past the tip ([adr 7](adr/0007-the-line-of-sight-past-an-end-counts.md)).
+  nearer than the line of sight past the tip ([adr 7](adr/0007-use-the-line-of-sight-past-wall-ends.md)).
 - In thinned scans a wall and what shows behind its end became one section: missing beams stretched the threshold. What
   may be a way through is a break.
 - Beams lost in the wall that faces the car looked like the way on. An opening whose two edges point at each other, with
@@ -78,7 +78,7 @@ and `hangar16` in reverse); each figure is that of the worst of them; errors and
 are made by `--set`.
 """
 
-ABSENT = """What cannot be switched, because the line is traced ([adr 1](adr/0001-the-centerline-is-traced.md)):
+ABSENT = """What cannot be switched, because the line is traced ([adr 1](adr/0001-trace-the-centerline.md)):
 there is no base side whose changes hysteresis would damp; no wall sample is shifted, so that no local guard stands
 against the true offset, which every row has; and where both walls are seen no width is estimated, so that a constant
 one shows only where one wall is hidden.
