@@ -1,4 +1,4 @@
-"""The gallery of solved cases: its pictures, and the tests that it says hold them."""
+"""The gallery of hard cases: its pictures, and the tests that it names."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def test_every_case_has_its_command_its_picture_and_its_tests() -> None:
     assert len(cases) == len(COMMANDS) >= 6
     for case in cases:
         assert re.findall(r"--plot docs/(\S+)", case) == re.findall(r"!\[.+\]\((\S+)\)", case)
-        assert re.search(r"^Held by `", case, re.MULTILINE)
+        assert re.search(r"^Tested by `", case, re.MULTILINE)
 
 
 def test_pictures_are_there_and_small() -> None:
