@@ -1,8 +1,8 @@
-"""Write docs/hardware.md from what `firstlap survey --lidar ... --json` printed.
+"""Write docs/hardware.md from the output of `firstlap survey --lidar ... --json`.
 
 Usage: scripts/hardware.py LIDAR.json... --seams SEAM.json... >docs/hardware.md
 
-The commands stand in the page.
+The page lists the commands.
 """
 
 import json
@@ -14,30 +14,32 @@ from firstlap.car_file import Car, list_lidars, load_car, with_lidar
 
 HEAD = """# Hardware
 
-What firstlap is known to work with, and how that was checked. Nothing here was driven by us on a real car: what real
-LiDARs and their drivers do was taken from data sheets and from recordings of other teams
+Hardware that firstlap is known to work with, and how this was checked. We did not drive a real car: the behavior of
+real LiDARs and their ROS drivers was taken from data sheets and from recordings of other teams
 ([recordings.md](recordings.md)).
 
 ## LiDARs
 
-Any planar LiDAR whose driver publishes `sensor_msgs/LaserScan` and that looks ahead. What does not matter:
+Any planar LiDAR that faces forward and whose ROS driver publishes `sensor_msgs/LaserScan` works. All of the following
+are handled:
 
-- where the first beam points (`angle_min` of -π, 0 or anything else), and which way the LiDAR turns: the scan is
-  brought into one order, with its seam behind the car, where it enters;
-- how it is mounted: turned by any angle, upside down (a roll or pitch of 180°), ahead of the rear axle or beside the
-  middle of the car; TF tells, or `--laser`, or the parameters `laser_yaw`, `car.laser_x` and `car.laser_y`;
-- how many beams a scan has, and whether the number changes from scan to scan; more than 2,048 are thinned evenly;
-- how "no return" is reported: NaN, infinite, 0, at or beyond a limit, or clipped at `range_max` with noise on it;
-- the rate, down to 5 Hz: the driving node stops after 2.5 measured scan periods of silence, at most 0.5 s.
+- any direction of the first beam (`angle_min` of -π, 0 or other) and either direction of rotation: every scan is
+  normalized at the input, with its seam behind the car;
+- any mounting: rotated by any angle, upside down (a roll or pitch of 180°), ahead of the rear axle or off the car's
+  center line. It is read from TF, `--laser`, or the parameters `laser_yaw`, `car.laser_x` and `car.laser_y`;
+- any number of beams, also one that changes from scan to scan; more than 2,048 are thinned evenly;
+- any encoding of "no return": NaN, infinite, 0, at or beyond a limit, or clipped at `range_max` with noise on it;
+- any rate from 5 Hz on: the driving node stops after 2.5 measured scan periods without a scan, at most 0.5 s.
 
-What is refused, with the reason: angles in degrees, ranges in millimeters or centimeters, a negative `time_increment`,
-limits that are not numbers, a scan of more than a full turn, a laser that does not look ahead. A `time_increment` that
-makes the sweep longer than the scan period is said and not used. One function judges a scan for everybody
-(`cpp/firstlap/scan_check.hpp`); `firstlap preflight` shows what it says.
+Refused, with the reason: angles in degrees, ranges in millimeters or centimeters, a negative `time_increment`, limits
+that are not numbers, a scan of more than a full turn, a LiDAR that does not face forward. A `time_increment` that
+makes the sweep longer than the scan period is reported and ignored. One function checks scans for all users
+(`cpp/firstlap/scan_check.hpp`); `firstlap preflight` shows its result.
 
-`--lidar NAME` puts one of these on the simulated car (`race`, `survey`, `compare`, `robustness`, `perception`,
-`explain`, `map`, `sim`); `--lidar FILE` takes the section `lidar` of a YAML file, with every field of
-[parameters.md](parameters.md). They are in `lidars/`, after the data sheets. `sure` on six of our tracks, {conditions}:
+`--lidar NAME` puts one of the LiDARs below on the simulated car (`race`, `survey`, `compare`, `robustness`,
+`perception`, `explain`, `map`, `sim`); `--lidar FILE` reads the section `lidar` of a YAML file with any field of
+[parameters.md](parameters.md). The files in `lidars/` follow the data sheets. `sure` on six of our tracks,
+{conditions}:
 
 ```sh
 for lidar in {names}; do
@@ -48,13 +50,13 @@ done
 """
 
 LIDAR_NOTE = """
-`lap` is the median lap over that with `utm30lx`. With a LiDAR of 5 Hz and 3.5 m the car is slower: it may only drive as
-fast as it can stop within what it sees.
+`lap` is the median lap relative to `utm30lx`. With a LiDAR of 5 Hz and 3.5 m the car is slower, because it drives only
+as fast as it can stop within its view.
 
-### Seam and direction
+### Seam and direction of rotation
 
-A full turn of 800 beams at 10 Hz, begun behind the car, ahead of it, and to its side, and turned either way; the motion
-during the sweep of 0.1 s is undone by every driver. Median laps [s] of {tracks}, {conditions}:
+A full turn of 800 beams at 10 Hz that begins behind, ahead of, or beside the car, in either direction of rotation.
+Every driver undoes the motion during the sweep of 0.1 s. Median laps [s] of {tracks}, {conditions}:
 
 ```sh
 firstlap survey {tracks} --setup SETUP --laps {laps} --seeds {seeds} --lidar rplidar_a2 \\
@@ -66,32 +68,32 @@ firstlap survey {tracks} --setup SETUP --laps {laps} --seeds {seeds} --lidar rpl
 REST = """
 ## Odometry
 
-`nav_msgs/Odometry` whose twist is in the car's frame: forward speed [m/s] and yaw rate [rad/s]; optionally an IMU and
-the measured steering angle. A speed that is wrong by up to 15 %, of either sign, on the measurement alone or on command
-and measurement alike, is found out by the walls that go by ([robustness.md](robustness.md)). Odometry that contradicts
-its own poses, the scans or the commands (a twist in the frame of the map, a wrong sign, km/h, degrees per second, 0
-while the car moves) is refused before the start, and stops the car while it drives ([on-the-car.md](on-the-car.md)).
+`nav_msgs/Odometry` with the twist in the car's frame: forward speed [m/s] and yaw rate [rad/s]; optionally an IMU and
+the measured steering angle. Speed errors of up to 15 % of either sign, of the measurement alone or of command and
+measurement alike, are estimated from the walls ([robustness.md](robustness.md)). Odometry that contradicts its own
+poses, the scans or the commands (a twist in the map frame, a wrong sign, km/h, degrees per second, 0 while the car
+moves) is refused before the start, and stops the car while driving ([on-the-car.md](on-the-car.md#odometry-checks)).
 
 ## Cars
 
-| car | what | checked on |
+| car | description | checked in |
 |---|---|---|
 | `default` | 1/10, wheelbase 0.33 m, nonlinear tires, friction 0.75 | simulator; [results.md](results.md) |
 | `nuc2` | ForzaETH's car, as identified by its team | simulator |
-| `gym` | the car of f1tenth_gym | simulator; beside drivers of others in [peers.md](peers.md) |
+| `gym` | the car of f1tenth_gym | simulator; compared with drivers of others in [peers.md](peers.md) |
 
-Commands go out as `ackermann_msgs/AckermannDriveStamped`, which the muxes of f1tenth_system and race_stack take: their
-sources were read, neither was driven.
+Commands are published as `ackermann_msgs/AckermannDriveStamped`, which the muxes of f1tenth_system and race_stack
+accept; this was checked in their source code only.
 
 ## Software
 
 Every commit is built and tested on Debian 12, x86-64, with g++ 12, Python 3.11 and ROS 2 Kilted from wheels. ROS 2
-Humble and Jazzy from apt, aarch64 and a Jetson were not tried.
+Humble and Jazzy from apt, aarch64 and a Jetson have not been tried.
 """
 
 
 def beams_of(car: Car) -> list[str]:
-    """What a table says of a LiDAR."""
+    """The data of a LiDAR as table cells."""
     lidar = car.core.values()["lidar"]
     beams = f"{lidar['beams']:g}"
     if lidar["beams_vary"]:
@@ -102,15 +104,16 @@ def beams_of(car: Car) -> list[str]:
 
 
 def conditions(survey: dict[str, Any]) -> str:
-    """How the races were."""
-    ways = ", both ways" if survey["both"] else ""
-    return f"{survey['laps']} laps, {survey['seeds']} seed{'s' if survey['seeds'] > 1 else ''}{ways}"
+    """Size of a survey."""
+    directions = ", both directions" if survey["both"] else ""
+    seeds = f"{survey['seeds']} seed{'s' if survey['seeds'] > 1 else ''}"
+    return f"{survey['laps']} laps, {seeds}{directions}"
 
 
 def lidar_rows(surveys: dict[str, dict[str, Any]]) -> list[str]:
     """The table of LiDARs."""
     lines = [
-        "| LiDAR | beams | turn | Hz | range m | noise mm | finished | lap | clearance m |",
+        "| LiDAR | beams | field of view | Hz | range m | noise mm | finished | lap | clearance m |",
         "|---|---|---|---|---|---|---|---|---|",
     ]
     first = {row["track"]: row["median"] for row in surveys["utm30lx"]["tracks"]}
@@ -127,13 +130,15 @@ def lidar_rows(surveys: dict[str, dict[str, Any]]) -> list[str]:
 
 
 def seam_rows(surveys: list[dict[str, Any]]) -> list[str]:
-    """The table of seams and directions."""
-    lines = ["| setup | begins | turns | finished | " + " | ".join(t["track"] for t in surveys[0]["tracks"]) + " |"]
+    """The table of first beams and directions of rotation."""
+    lines = [
+        "| setup | first beam | rotation | finished | " + " | ".join(t["track"] for t in surveys[0]["tracks"]) + " |"
+    ]
     lines.append("|---|---|---|---|" + "---|" * len(surveys[0]["tracks"]))
     for survey in surveys:
         center = float(survey["options"].get("lidar.center_angle", 0.0))
         begins = "ahead" if center > 3.0 else "behind" if center == 0.0 else f"at {57.29578 * (center - 3.14159):.0f}°"
-        turns = "right" if survey["options"].get("lidar.clockwise") else "left"
+        turns = "clockwise" if survey["options"].get("lidar.clockwise") else "counterclockwise"
         laps = " | ".join(f"{row['median']:.2f}" if row["median"] else "-" for row in survey["tracks"])
         done = f"{survey['finished']} of {survey['runs']}"
         lines.append(f"| `{survey['setup']}` | {begins} | {turns} | {done} | {laps} |")

@@ -1,4 +1,4 @@
-"""Measure perception with one part changed at a time, on two real recordings and three simulated drives, as JSON.
+"""Measure perception on two recordings and three simulated races with one change of the method at a time, as JSON.
 
 Usage: scripts/perception_ablation.py MAPS SCANS >ablation.json   (folders that hold NAME/NAME.yaml and NAME/NAME.npz)
 """
@@ -15,21 +15,21 @@ from firstlap.setup_file import load_setup
 from firstlap.tracks.library import load_track
 
 REAL = {"germany2022": None, "hangar12": 90.0}
-"""Name and the second until which it is taken: later the driver of hangar12 turns round."""
+"""Name and end time [s]: later the driver of hangar12 turns around."""
 SIMULATED = (("width_step", False), ("lausitzring1", False), ("hangar16", True))
 CHANGES = (
-    ("everything as it is", ""),
-    ("adaptive width: where one wall is hidden, a constant 2 m", "width_gain=0 width_min=3 width_blend=0.1"),
-    ("memory of the width: the last scan's alone", "width_gain=1"),
-    ("memory of walls: out of sight is forgotten", "memory_time=0"),
-    ("agreement with the past: none", "past_weight=0"),
-    ("peek-through: every gap above 0.15 m is a way through", "pass_ratio=0 pass_min=0.15 pass_max=0.15"),
-    ("elimination: none", "min_points=1 min_chord=0 max_nearest=30"),
-    ("adaptive threshold: a fixed break at 0.3 m", "break_min=0.3 break_max=0.3"),
-    ("apex: the track is no wider there", "apex_width=0"),
-    ("chain: a side goes on over any gap", "chain_gap=20"),
-    ("body: masked to 0.3 m only", "mask_range=0.3"),
-    ("trail: bars nothing", "trail_time=0"),
+    ("reference", ""),
+    ("width: constant 2 m where one wall is occluded", "width_gain=0 width_min=3 width_blend=0.1"),
+    ("width memory: last scan only", "width_gain=1"),
+    ("local walls: none carried over", "memory_time=0"),
+    ("side consistency: off", "past_weight=0"),
+    ("joints: every gap above 0.15 m is passable", "pass_ratio=0 pass_min=0.15 pass_max=0.15"),
+    ("elimination: off", "min_points=1 min_chord=0 max_nearest=30"),
+    ("break threshold: fixed 0.3 m", "break_min=0.3 break_max=0.3"),
+    ("apex: no extra width", "apex_width=0"),
+    ("chain: no end at large gaps", "chain_gap=20"),
+    ("body mask: up to 0.3 m only", "mask_range=0.3"),
+    ("trail: off", "trail_time=0"),
 )
 
 

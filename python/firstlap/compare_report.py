@@ -1,4 +1,4 @@
-"""The report of a comparison, Markdown or HTML: the table, the picture, and everything needed to repeat it."""
+"""The report of a comparison, in Markdown or HTML: table, plot, and everything needed to reproduce it."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ REPORTS = (".md", ".html")
 DPI = 110
 """Of the picture."""
 HEADINGS = (
-    "driver", "map", "prep. s", "finished", "best s", "median s", "spread", "mean m/s", "way m", "clear. m",
-    "p50 µs", "p99 µs", "late", "relative",
+    "driver", "map", "prep. s", "finished", "best s", "median s", "spread", "mean m/s", "distance m", "clear. m",
+    "p50 µs", "p99 µs", "skipped", "relative",
 )  # fmt: skip
 LEGEND = (
-    "Laps are the flying laps of finished races, spread their standard deviation, way their mean distance; p50 and p99 "
-    "are CPU times of a step; late counts scans that came while the driver computed and were skipped; relative is the "
-    "median over that of `REFERENCE`."
+    "Laps are the flying laps of finished races; spread is their standard deviation and distance their mean length. "
+    "p50 and p99 are CPU times of a step. skipped counts scans that arrived while the driver was computing and were "
+    "skipped. relative is the median lap relative to that of `REFERENCE`."
 )
 STYLE = """body { font: 15px/1.5 system-ui, sans-serif; color: #22272e; max-width: 75rem; margin: 2rem auto }
 table { border-collapse: collapse }
@@ -69,7 +69,7 @@ def table_rows(found: dict[str, Any]) -> list[list[str]]:
 
 
 def order_lines(found: dict[str, Any]) -> list[str]:
-    """Our order beside the paper's, one sentence each."""
+    """Our ranking and the paper's, one sentence each."""
     lines = []
     names = {"reactive_to_local": ("reactive", "local"), "local_to_global": ("local", "global")}
     for key, (slower, faster) in names.items():
@@ -78,15 +78,15 @@ def order_lines(found: dict[str, Any]) -> list[str]:
             continue
         laps = found["order"]["laps"]
         lines.append(
-            f"{slower} ({laps[slower]['label']}, {laps[slower]['median']:.2f} s) against {faster} "
-            f"({laps[faster]['label']}, {laps[faster]['median']:.2f} s): {gap['ours']:+.1%} a lap; "
+            f"{slower} ({laps[slower]['label']}, {laps[slower]['median']:.2f} s) compared with {faster} "
+            f"({laps[faster]['label']}, {laps[faster]['median']:.2f} s): {gap['ours']:+.1%} per lap; "
             f"in the paper {gap['paper']:+.1%}"
         )
     return lines
 
 
 def write_report(comparison: Comparison, path: str | Path, command: str) -> None:
-    """Writes the report; a Markdown one puts its picture beside itself. Raises InputError."""
+    """Writes the report; a Markdown report writes its plot next to itself. Raises InputError."""
     path = check_writable(path, REPORTS)
     picture = io.BytesIO()
     comparison_figure(comparison).savefig(picture, format="png", dpi=DPI)
@@ -127,9 +127,9 @@ def _markdown(comparison: Comparison, command: str) -> str:
         "\n".join([_cells(list(HEADINGS)), "|" + "---|" * len(HEADINGS), *map(_cells, table_rows(found))]),
         "\n".join(f"- {line}." for line in order_lines(found)),
         "PICTURE",
-        "## Every race",
+        "## All races",
         _races(comparison),
-        "## To repeat it",
+        "## How to reproduce",
         f"```sh\n{command}\n```",
         _versions(comparison),
         *_setups(comparison),
@@ -151,12 +151,13 @@ def _races(comparison: Comparison) -> str:
 
 
 def _versions(comparison: Comparison) -> str:
+    machine = f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores"
     rows = {
         "written": stamp(),
         "firstlap": f"{__version__}, core {code_hash(False)}",
         "Python, numpy": f"{platform.python_version()}, {np.__version__}",
-        "machine": f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores, {comparison.jobs} races at once",
-        "track": f"{comparison.track.name}, contents {track_hash(comparison.track)}",
+        "machine": f"{machine}, {comparison.jobs} parallel races",
+        "track": f"{comparison.track.name}, content hash {track_hash(comparison.track)}",
         "car": comparison.car.name,
     }
     return "\n".join(["| | |", "|---|---|", *(_cells([name, value]) for name, value in rows.items())])
@@ -183,5 +184,5 @@ def _car(comparison: Comparison) -> str:
         if values[field.section][field.name] != field.default:
             sections.setdefault(field.section, {})[field.name] = values[field.section][field.name]
     if not sections:
-        return "The car is the default one: nothing differs from docs/parameters.md."
+        return "The car is the default car, with the values of docs/parameters.md."
     return f"### Car {comparison.car.name}\n\n```yaml\n{yaml.safe_dump(sections, sort_keys=False)}```"

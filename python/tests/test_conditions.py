@@ -97,10 +97,10 @@ def test_the_results_page_shows_conditions_apart(cli, tmp_path, capsys):
     results.main([*(str(file) for file in files), "--elsewhere", str(files[0]), str(files[0])])
     page = capsys.readouterr().out
     assert page.count("\n## `base`") == 1
-    conditions = page.split("## Under other conditions")[1]
-    assert "`base`, mu_scale 0.9: 1 of 1 runs finished (1 laps, 1 seed)" in conditions
+    conditions = page.split("## Other conditions")[1]
+    assert "`base`, mu_scale 0.9: 1 of 1 races finished (1 lap x 1 seed)" in conditions
     assert re.search(r"\| oval \| 1 of 1, \d\.\d\d m \|", conditions)
-    assert "1 laps x 1 seeds, 1 maps: 1 of 1 runs finished." in page
+    assert "1 lap x 1 seed, 1 map: 1 of 1 races finished." in page
     assert "Its laps are 1.000 of those of `base`" in page
 
 

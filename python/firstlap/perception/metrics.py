@@ -1,20 +1,20 @@
-"""The metrics of perception, each defined once.
+"""Perception metrics.
 
-"Ahead" is the way along a line from its foot beside the front axle. The line measured is the planner's centerline
-before smoothing and joining (`line`); the trajectory that is driven (`path`) is measured as well, where it says more.
+"Ahead" is the distance along a line from its foot point beside the front axle. The measured line is the planner's
+centerline before smoothing and joining (`line`); the driven path (`path`) is measured too where it adds information.
 
-- Lateral error at 0.5, 1, 2, 3 m ahead: distance of the line's point there to the true medial line, over the scans
-  whose line reaches so far. `bias` is its median with sign, left of the truth positive.
-- Width error at the same points: the planner's width there against the track's at the nearest medial point.
+- Lateral error at 0.5, 1, 2, 3 m ahead: distance of the line's point there from the true medial line, over the scans
+  whose line reaches that far. `bias` is its signed median, left of the truth positive.
+- Width error at the same points: the planner's width there compared with the track's at the nearest medial point.
 - Available: share of all scans whose line, planned from this scan, reaches 1, 2, 3 m.
-- Bad: share of all scans with no line at 2 m, or one more than 0.5 m off there.
-- Jump: distance of this scan's path 1.5 m ahead from the path of the scan before, the car's own motion removed.
-- Change of side: a wall point that this scan sees had the other label, left or right, in the scan before
-  (firstlap.continuity, where jump and change are defined for recordings too); per metre driven and per scan.
-- Labels: a return's side is that of the wall that the planner put it in. Precision: share of the labelled returns
-  whose true side it is; obstacles and scenery are neither, as wall they are wrong. Recall: share of the returns on a
-  left or right wall of the stretch from 2 m behind to 9 m ahead (the planner's horizon) that got their side. A return
-  that no true wall explains, or one of each side, cannot be judged and is left out: its share is `not_judged`.
+- Failure (`bad` in JSON): a scan with no line at 2 m, or one more than 0.5 m off there; as a share of all scans.
+- Jump: distance of this scan's path, 1.5 m ahead, from the previous scan's path, with the car's own motion removed.
+- Change of side: a wall point seen by this scan had the other label, left or right, in the previous scan; per meter
+  driven and per scan.
+- Labels: the side of a return is that of the wall the planner assigned it to. Precision: share of the labeled returns
+  whose true side it is; obstacles and scenery have no side, so that labeling them as a wall is wrong. Recall: share of
+  the returns from a left or right wall between 2 m behind and 9 m ahead (the planner's horizon) that got their side.
+  Returns that no true wall explains, or that could belong to either side, are excluded: their share is `not_judged`.
 """
 
 from __future__ import annotations
