@@ -1,4 +1,4 @@
-"""Writes the generated pages: docs/parameters.md and the types of the extension. With --check: compares only."""
+"""Write the generated files: docs/parameters.md and the type stubs of the extension. --check only compares."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ HEAD = """<!-- Written by `make docs` from the field tables. Do not edit. -->
 
 # Parameters
 
-A default stands in one place, its C++ struct or, for what only Python has, its Python table; this page, the readers of
-the YAML files, the bindings and the checks loop over those tables.
+Each default is defined once, in its C++ struct or, for parameters that only Python has, in its Python table. This page,
+the YAML readers, the bindings and the checks loop over the field tables next to them.
 """
 
 
 def table(fields: list[Field]) -> str:
     """One Markdown table."""
-    lines = ["| name | default | range | unit | what |", "|---|---|---|---|---|"]
+    lines = ["| name | default | range | unit | description |", "|---|---|---|---|---|"]
     for field in fields:
         default = str(field.default).lower() if field.type == "bool" else f"{field.default:g}"
         allowed = "true, false" if field.type == "bool" else f"{field.min:g} to {field.max:g}"
@@ -42,7 +42,7 @@ def table(fields: list[Field]) -> str:
 
 
 def chapter(title: str, text: str, fields: FieldTable) -> str:
-    """One kind of file."""
+    """One chapter, with a table per section."""
     parts = [f"## {title}\n\n{text}"]
     for section in fields.sections:
         rows = [field for field in fields.fields if field.section == section]
@@ -52,14 +52,14 @@ def chapter(title: str, text: str, fields: FieldTable) -> str:
 
 def driver_chapter(kind: DriverKind) -> str:
     """The setups of one driver."""
-    first = "" if kind.name == "local" else f" It begins with the line `driver: {kind.name}`."
-    names = "Any of these names also works with `--set NAME=VALUE`."
-    text = f"Sections of a setup file (`--setup FILE`) of the driver `{kind.name}`, {kind.title}.{first} {names}"
+    first = "" if kind.name == "local" else f" The file starts with the line `driver: {kind.name}`."
+    names = "Every name can also be set with `--set NAME=VALUE`."
+    text = f"Sections of a setup file (`--setup FILE`) for the driver `{kind.name}`, {kind.title}.{first} {names}"
     if kind.name == "global":
         text += (
-            " Its sections are `guard`, those of lines (`line`) and of predictive control (`mpc`), and those of mapping"
-            " and localisation, whose names begin with `map_` and `pose_` here: `map_drive`, `pose_filter`. Their rows"
-            " stand in the chapters further down."
+            " The sections are `guard`, those of the racing line (`line`) and of predictive control (`mpc`), and those"
+            " of mapping and localization with the prefixes `map_` and `pose_`: `map_drive`, `pose_filter`. They are"
+            " listed in the chapters below."
         )
         own = FieldTable(vars(entry) for entry in kind.fields.fields if entry.section == "guard")
         return chapter(f"Setups of `{kind.name}`", text, own)
@@ -75,23 +75,29 @@ def parameters() -> str:
                 *(part for kind in DRIVERS.values() for part in (driver_chapter(kind), "")),
                 chapter(
                     "Cars",
-                    "Sections of a car file (`--car FILE`). What it leaves out is the default car's, as listed.",
+                    "Sections of a car file (`--car FILE`). Omitted values are those of the default car, as listed.",
                     CAR_FIELDS,
                 ),
                 "",
                 chapter(
-                    "Lines", "Of `firstlap line --set NAME=VALUE`, see [the racing line](racing-line.md).", LINE_FIELDS
+                    "Racing line",
+                    "For `firstlap line --set NAME=VALUE`, see [the racing line](racing-line.md).",
+                    LINE_FIELDS,
                 ),
                 "",
-                chapter("Predictive control", "Of the controller that follows a line.", MPC_FIELDS),
+                chapter("Predictive control", "Parameters of the controller that tracks a racing line.", MPC_FIELDS),
                 "",
-                chapter("Races", "Options of `firstlap.race(..., options={...})`.", OPTION_FIELDS),
+                chapter(
+                    "Races",
+                    "Options of `firstlap.race(..., options={...})`.",
+                    OPTION_FIELDS,
+                ),
                 "",
-                chapter("Mapping", "Names of `firstlap map --set NAME=VALUE`.", MAP_FIELDS),
+                chapter("Mapping", "For `firstlap map --set NAME=VALUE`.", MAP_FIELDS),
                 "",
-                chapter("Localisation", "Names of `firstlap localise --set NAME=VALUE`.", LOCALISER_FIELDS),
+                chapter("Localization", "For `firstlap localise --set NAME=VALUE`.", LOCALISER_FIELDS),
                 "",
-                chapter("Tuning", "How `firstlap tune` judges candidates (`--judge NAME=VALUE`).", JUDGE_FIELDS),
+                chapter("Tuning", "How `firstlap tune` evaluates candidates (`--judge NAME=VALUE`).", JUDGE_FIELDS),
                 "",
                 *ros_chapters(),
             ]
@@ -101,27 +107,31 @@ def parameters() -> str:
 
 
 def entries(title: str, text: str, rows: tuple[Entry, ...]) -> str:
-    """Parameters of a node that are no numbers of a struct."""
-    lines = ["| name | default | range | what |", "|---|---|---|---|"]
+    """Parameters of a node that are not fields of a struct."""
+    lines = ["| name | default | range | description |", "|---|---|---|---|"]
     for row in rows:
         allowed = "" if row.min is None or row.max is None else f"{row.min:g} to {row.max:g}"
         default = str(row.default).lower() if isinstance(row.default, bool) else row.default
-        lines.append(f"| `{row.name}` | {default} | {allowed} | {row.doc}{'; read at the start' * row.fixed} |")
+        lines.append(f"| `{row.name}` | {default} | {allowed} | {row.doc}{'; read at startup' * row.fixed} |")
     return f"## {title}\n\n{text}\n\n" + "\n".join(lines)
 
 
 def ros_chapters() -> list[str]:
-    """What the ROS 2 nodes have beside the parameters of the driver."""
+    """Parameters of the ROS 2 nodes other than those of the driver."""
     return [
-        entries("The node `firstlap drive`", "ROS parameters, beside those of the driver's setup.", DRIVE),
+        entries("The node `firstlap drive`", "ROS parameters, in addition to those of the driver's setup.", DRIVE),
         "",
-        chapter("Its state estimate", "With `fuse_state`.", FieldTable(_core.StateEstimateParams.fields())),
+        chapter(
+            "State estimation of `firstlap drive`",
+            "Used with `fuse_state`.",
+            FieldTable(_core.StateEstimateParams.fields()),
+        ),
         "",
         entries("The node `firstlap sim`", "ROS parameters.", SIM),
         "",
-        entries("Its faults", "They can be changed while it runs.", FAULTS),
+        entries("Simulated faults of `firstlap sim`", "They can be changed at run time.", FAULTS),
         "",
-        chapter("Its world", "Read at the start.", FieldTable(_core.WorldOptions.fields())),
+        chapter("World of `firstlap sim`", "Read at startup.", FieldTable(_core.WorldOptions.fields())),
     ]
 
 
@@ -135,7 +145,7 @@ def stub() -> str:
 
 
 def main() -> int:
-    """Writes or, with --check, compares; 1 where a page is out of date."""
+    """Writes or, with --check, compares. Exit code 1 if a file is out of date."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--check", action="store_true")
     check = parser.parse_args().check
