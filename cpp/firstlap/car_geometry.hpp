@@ -1,9 +1,11 @@
 // The car's body as planner and simulator both know it. base_link is the middle of the rear axle.
 #pragma once
 
+#include <cmath>
 #include <tuple>
 
 #include "firstlap/field.hpp"
+#include "firstlap/types.hpp"
 
 namespace firstlap {
 
@@ -30,6 +32,20 @@ struct CarGeometry {
         Field{"steering_rate", &C::steering_rate, "rad/s", 0.5, 20.0, "fastest change of the wheel angle"},
     };
   }
+};
+
+// The rectangle that the body covers, in base_link, or one that is `margin` [m] larger on every side.
+struct Footprint {
+  explicit Footprint(const CarGeometry& car, double margin = 0.0) noexcept
+      : front(car.length - car.rear_overhang + margin),
+        rear(-car.rear_overhang - margin),
+        side(0.5 * car.width + margin) {}
+
+  [[nodiscard]] bool covers(Point2 p) const noexcept { return p.x > rear && p.x < front && std::abs(p.y) < side; }
+
+  double front;  // [m] x of the front edge
+  double rear;   // [m] x of the rear edge
+  double side;   // [m] y of the left edge; the right one is -side
 };
 
 }  // namespace firstlap

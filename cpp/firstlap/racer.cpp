@@ -67,7 +67,7 @@ void Racer::reset() noexcept {
   memory_.line_end = LineEnd::none;
   memory_.without_path = longest_pause;
   memory_.trail_step = 0.0;
-  memory_.period = 0.0;
+  memory_.period = {};
   memory_.moved = memory_.measured = 0.0;
   memory_.state = memory_.measured_state = {};
   memory_.speed_scale = {};
@@ -82,7 +82,7 @@ StepResult Racer::step(const LaserScan& scan, const VehicleState& measured, doub
   if (!plausible(measured, dt)) return trace_.result = stop_blind(dt);
   if (!memory_.awake || dt > longest_pause) reset();
   const VehicleState state = move_memory(measured, dt);
-  learn_period(dt);
+  memory_.period.learn(dt);
   if (!perceive(scan, state)) return trace_.result = hold_or_stop(state, dt, Status::bad_scan);
   learn_speed_scale(dt);
   choose_line();
@@ -147,19 +147,13 @@ void Racer::learn_speed_scale(double dt) noexcept {
   learn_from_walls(error, memory_.moved, memory_.measured, dt, params_.speed_scale, memory_.speed_scale);
 }
 
-// Slowly, so that a scan that came early or was lost does not matter.
-void Racer::learn_period(double dt) noexcept {
-  if (dt <= 0.0 || dt > longest_pause) return;
-  const double gain = memory_.period > 0.0 ? scan_limits::period_gain : 1.0;
-  memory_.period += gain * (dt - memory_.period);
-}
-
 bool Racer::perceive(const LaserScan& scan, const VehicleState& state) noexcept {
   trace_.points.clear();
   trace_.sections.clear();
   trace_.samples.clear();
   if (!judge(scan).usable() || !table_.prepare(scan)) return false;
-  scan_to_points(with_usable_time(scan, memory_.period), table_, state, params_.scan, params_.car, trace_.points);
+  scan_to_points(with_usable_time(scan, memory_.period.seconds()), table_, state, params_.scan, params_.car,
+                 trace_.points);
   if (trace_.points.size() < scan_limits::fewest_returns) return false;
   segment(trace_.points, table_.angle_step(), memory_.width, params_.segmentation, trace_.sections);
   sample_sections(trace_.points, trace_.sections, params_.car, params_.centerline.spacing, trace_.samples);
@@ -257,7 +251,7 @@ bool Racer::learn_width() noexcept {
 Racer::StopAhead Racer::keep_clear(double speed) noexcept {
   const VelocityProfileParams& p = params_.velocity_profile;
   const CarGeometry& car = params_.car;
-  const double nose = car.length - car.rear_overhang - car.wheelbase;  // ahead of the front axle
+  const double nose = Footprint(car).front - car.wheelbase;  // ahead of the front axle
   const double from = trace_.path[trace_.nearest].s;
   double blocked_at = memory_.line_end == LineEnd::narrow ? trace_.path.back().s : 1e9;
   trace_.clearance = 1e9;

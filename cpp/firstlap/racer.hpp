@@ -4,6 +4,7 @@
 #include "firstlap/driver.hpp"
 #include "firstlap/least_curvature.hpp"
 #include "firstlap/params.hpp"
+#include "firstlap/scan_period.hpp"
 #include "firstlap/speed_scale.hpp"
 #include "firstlap/trace.hpp"
 
@@ -36,7 +37,7 @@ class Racer final : public Driver {
     double without_path = 0.0;         // [s] since the last planned path
     double trail_step = 0.0;           // [m] since the last trail point
     LineEnd line_end = LineEnd::none;  // of the line that the path follows
-    double period = 0.0;               // [s] between scans, smoothed; 0 before the second
+    ScanPeriod period{};               // of the scans
     double moved = 0.0;                // [m] forward since `seen`, as taken
     double measured = 0.0;             // [m] and as measured
     VehicleState measured_state{};     // the last measured
@@ -58,7 +59,6 @@ class Racer final : public Driver {
 
   VehicleState move_memory(const VehicleState& measured, double dt) noexcept;
   void learn_speed_scale(double dt) noexcept;
-  void learn_period(double dt) noexcept;
   bool perceive(const LaserScan& scan, const VehicleState& state) noexcept;
   void choose_line() noexcept;
   void forget_the_way() noexcept;

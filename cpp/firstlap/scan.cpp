@@ -22,26 +22,6 @@ double wrap_behind(double angle) noexcept {
   return angle - turn * std::floor((angle + pi) / turn);
 }
 
-// The car's own body with its margin, in base_link.
-class Body {
- public:
-  Body(const ScanParams& params, const CarGeometry& car) noexcept
-      : front_(car.length - car.rear_overhang + params.footprint_margin),
-        back_(-car.rear_overhang - params.footprint_margin),
-        side_(0.5 * car.width + params.footprint_margin),
-        reach_(car.length + car.width + std::abs(car.laser_x) + std::abs(car.laser_y)) {}
-
-  [[nodiscard]] bool covers(Point2 p, double range) const noexcept {
-    return range < reach_ && p.x < front_ && p.x > back_ && std::abs(p.y) < side_;
-  }
-
- private:
-  double front_;
-  double back_;
-  double side_;
-  double reach_;  // [m] from the laser; no beam meets the body beyond it
-};
-
 }  // namespace
 
 BeamTable::BeamTable() : cos_(max_points), sin_(max_points), source_(max_points) {}
@@ -98,7 +78,7 @@ void scan_to_points(const LaserScan& scan, const BeamTable& table, const Vehicle
   LaserScan timed = scan;
   if (!params.deskew) timed.time_increment = 0.0;
   const SweepMotion motion(timed, state);
-  const Body body(params, car);
+  const Footprint body(car, params.footprint_margin);
   const double far = params.range_use;
   const double mask_range = params.mask_range;
   const double mask_cos = std::cos(params.mask_angle);
@@ -115,7 +95,7 @@ void scan_to_points(const LaserScan& scan, const BeamTable& table, const Vehicle
     if (r < mask_range && table.cosine(beam) < mask_cos) continue;
     const Point2 measured{car.laser_x + r * table.cosine(beam), car.laser_y + r * table.sine(beam)};
     const Point2 p = motion.at_end(measured, static_cast<int>(last - source));
-    if (p.x < x_min || body.covers(p, r)) continue;
+    if (p.x < x_min || body.covers(p)) continue;
     points.push({p.x, p.y, r, i});
   }
 }

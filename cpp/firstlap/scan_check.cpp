@@ -146,11 +146,12 @@ std::string explain_fault(const LaserScan& scan, const ScanContext& context, con
 
 std::string explain_time(const LaserScan& scan, const ScanContext& context, const ScanJudgement& judgement) {
   if (judgement.time_usable) return "";
-  const double limit = context.period > 0.0 ? context.period : longest_sweep;
+  const bool known = context.period > 0.0;
   return text(
-      "time_increment makes the sweep last %.3g s, longer than the scan period of %.3g s: the car's motion "
-      "during the sweep is not undone",
-      sweep_time(scan), limit);
+      "time_increment makes the sweep last %.3g s, longer than the %s %.3g s%s: the car's motion during the "
+      "sweep is not undone",
+      sweep_time(scan), known ? "scan period of" : "longest believable", known ? context.period : longest_sweep,
+      known ? "" : " (the scan period is not known)");
 }
 
 std::string explain_returns(const ScanJudgement& judgement) {

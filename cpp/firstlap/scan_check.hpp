@@ -50,7 +50,6 @@ inline constexpr double ahead = 0.5;              // [rad] to either side, where
 inline constexpr std::size_t fewest_returns = 4;
 inline constexpr double reach = 10.0;           // [m] within which so many returns must lie
 inline constexpr double most_periods = 1.25;    // a sweep longer than this is none
-inline constexpr double period_gain = 0.1;      // weight of the newest period in the smoothed one
 inline constexpr double longest_sweep = 0.5;    // [s] where the period is not known
 inline constexpr double angle_max_slack = 2.0;  // [beams]
 inline constexpr double few_returns = 0.3;      // share of the beams below which it is worth a remark

@@ -7,6 +7,7 @@
 
 #include "arrays.hpp"
 #include "firstlap/scan_check.hpp"
+#include "firstlap/scan_period.hpp"
 #include "rooms.hpp"
 
 namespace firstlap::bindings {
@@ -45,6 +46,10 @@ void bind_scan(nb::module_& m) {
   m.def("usable_sweep_time", &usable_sweep_time, nb::arg("time_increment"), nb::arg("beams"), nb::arg("period"),
         "[s] from the first beam to the last; 0 where time_increment [s] is negative, not finite, or makes it longer "
         "than period [s] allows (0: not known).");
+  nb::class_<ScanPeriod>(m, "ScanPeriod", "How often scans come, learned so slowly that a lost one does not matter.")
+      .def(nb::init<>())
+      .def("learn", &ScanPeriod::learn, nb::arg("dt"), "dt: [s] since the scan before.")
+      .def_prop_ro("seconds", &ScanPeriod::seconds, "[s] between scans; 0: not known.");
 }
 
 }  // namespace firstlap::bindings

@@ -21,6 +21,20 @@ def usable_sweep_time(time_increment: float, beams: int, period: float) -> float
     [s] from the first beam to the last; 0 where time_increment [s] is negative, not finite, or makes it longer than period [s] allows (0: not known).
     """
 
+class ScanPeriod:
+    """
+    How often scans come, learned so slowly that a lost one does not matter.
+    """
+
+    def __init__(self) -> None: ...
+
+    def learn(self, dt: float) -> None:
+        """dt: [s] since the scan before."""
+
+    @property
+    def seconds(self) -> float:
+        """[s] between scans; 0: not known."""
+
 class Params:
     """Every parameter of the method, in sections."""
 

@@ -21,6 +21,7 @@ from firstlap.mapping.observation import Observation, motion_of
 from firstlap.mapping.occupancy_map import FREE, OCCUPIED, UNKNOWN, OccupancyMap, read_map, write_map
 from firstlap.mapping.parameters import map_settings
 from firstlap.mapping.poses import between, compose, transform
+from firstlap.mapping.slam import Mapper
 from firstlap.scan import Scan
 from firstlap.tracks.library import load_track
 from firstlap.tracks.track import Track
@@ -66,6 +67,22 @@ def test_wheels_that_turn_three_percent_too_much_do_not_stretch_the_map(oval: Tr
     result = map_track(oval, car=car)
     assert result.odometry_scale == pytest.approx(1 / 1.03, abs=0.01)
     assert check_map(result.map, oval, true_start(oval, car)).rms < 0.03
+
+
+def test_a_sweep_longer_than_the_usual_period_is_not_undone_even_after_a_lost_scan() -> None:
+    """The scan after the lost one is kept, and judged by how often scans come."""
+    room, speed, sweep = firstlap.Lidar(load_track("oval")), 2.0, 0.15
+    x, y, yaw = load_track("oval").start_pose()
+    ranges = room.scan(x, y, yaw)
+    clouds = []
+    for time_increment in (0.0, sweep / (len(ranges) - 1)):
+        scan = Scan(ranges, room.angles[0], float(np.diff(room.angles)[0]), time_increment, 0.05, 30.0)
+        mapper = Mapper(map_settings(), load_car("default").core)
+        for time, motion in ((0.0, 0.0), (0.1, 0.0), (0.2, 0.0), (0.4, 0.5)):
+            mapper.add(Observation(time, speed, 0.5, np.array([motion, 0.0, 0.0]), lambda scan=scan: scan))
+        clouds.append(mapper.keyframes[-1].cloud)
+        assert len(mapper.keyframes) == 2
+    np.testing.assert_array_equal(*clouds)
 
 
 def test_the_check_sees_a_map_that_is_wrong(oval: Track, mapped: MapResult) -> None:

@@ -27,7 +27,8 @@ WallEstimate estimate_wall(double side, double ahead, const CenterParams& params
 StepResult CenterPid::step(const LaserScan& scan, const VehicleState& state, double dt) noexcept {
   if (!plausible(state, dt)) return stop(0.0, Status::bad_state);
   if (dt > longest_pause) reset();
-  if (!sweep_.read(scan, state, dt, params_.scan, params_.car)) return stop(dt, Status::bad_scan);
+  memory_.period.learn(dt);
+  if (!sweep_.read(scan, state, memory_.period, params_.scan, params_.car)) return stop(dt, Status::bad_scan);
   measure(state.speed);
   const CarGeometry& car = params_.car;
   const CenterSteeringParams& p = params_.steering;
@@ -82,9 +83,7 @@ double CenterPid::control(double dt) noexcept {
 
 StepResult CenterPid::stop(double dt, Status why) noexcept {
   const double angle = smooth_steering(memory_.steering, memory_.steering, dt, 0.0, params_.car);
-  memory_ = {};
-  memory_.steering = angle;
-  memory_.speed = 0.0;
+  memory_ = {.steering = angle, .speed = 0.0, .period = memory_.period};
   return trace_.result = {{0.0, angle}, why};
 }
 

@@ -126,6 +126,7 @@ class CenterPid final : public Driver {
     double integral = 0.0;      // [rad]
     double derivative = 0.0;    // [m/s]
     bool awake = false;         // there is an error to compare with
+    ScanPeriod period{};
   };
 
   [[nodiscard]] double mean_range(double angle) const noexcept;

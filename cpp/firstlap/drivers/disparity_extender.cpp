@@ -16,7 +16,8 @@ StepResult DisparityExtender::step(const LaserScan& scan, const VehicleState& st
   trace_.extended.clear();
   if (!plausible(state, dt)) return stop(0.0, Status::bad_state);
   if (dt > longest_pause) reset();
-  if (!sweep_.read(scan, state, dt, params_.scan, params_.car)) return stop(dt, Status::bad_scan);
+  period_.learn(dt);
+  if (!sweep_.read(scan, state, period_, params_.scan, params_.car)) return stop(dt, Status::bad_scan);
   extend_disparities();
   choose_block();
   const CarGeometry& car = params_.car;

@@ -87,6 +87,7 @@ class DisparityExtender final : public Driver {
   void reset() noexcept override {
     steering_ = 0.0;
     speed_ = no_command;
+    period_ = {};
   }
 
   [[nodiscard]] const DisparityExtenderParams& params() const noexcept { return params_; }
@@ -104,6 +105,7 @@ class DisparityExtender final : public Driver {
   Trace trace_;
   double steering_ = 0.0;      // [rad] last commanded
   double speed_ = no_command;  // [m/s] last commanded
+  ScanPeriod period_{};
 };
 
 }  // namespace firstlap::drivers

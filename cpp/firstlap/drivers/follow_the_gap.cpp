@@ -27,7 +27,8 @@ StepResult FollowTheGap::step(const LaserScan& scan, const VehicleState& state, 
   trace_.free.clear();
   if (!plausible(state, dt)) return stop(0.0, Status::bad_state);
   if (dt > longest_pause) reset();
-  if (!sweep_.read(scan, state, dt, params_.scan, params_.car)) return stop(dt, Status::bad_scan);
+  period_.learn(dt);
+  if (!sweep_.read(scan, state, period_, params_.scan, params_.car)) return stop(dt, Status::bad_scan);
   widen();
   blow_bubble();
   if (!choose_run()) return stop(dt, Status::no_path);

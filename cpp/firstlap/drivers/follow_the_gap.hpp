@@ -100,6 +100,7 @@ class FollowTheGap final : public Driver {
   void reset() noexcept override {
     steering_ = 0.0;
     speed_ = no_command;
+    period_ = {};
   }
 
   [[nodiscard]] const FollowTheGapParams& params() const noexcept { return params_; }
@@ -126,6 +127,7 @@ class FollowTheGap final : public Driver {
   Trace trace_;
   double steering_ = 0.0;      // [rad] last commanded
   double speed_ = no_command;  // [m/s] last commanded
+  ScanPeriod period_{};
 };
 
 }  // namespace firstlap::drivers

@@ -53,20 +53,20 @@ double curvature_of(double steering_angle, const CarGeometry& car) noexcept {
 }
 
 Beside room_beside(const Buffer<Point2>& points, const CarGeometry& car) noexcept {
-  const double front = car.length - car.rear_overhang;
+  const Footprint body(car);
   Beside room;
   for (const Point2& p : points) {
-    if (p.x < -car.rear_overhang || p.x > front) continue;
+    if (p.x < body.rear || p.x > body.front) continue;
     double& side = p.y > 0.0 ? room.left : room.right;
-    side = std::min(side, std::max(std::abs(p.y) - 0.5 * car.width, 0.0));
+    side = std::min(side, std::max(std::abs(p.y) - body.side, 0.0));
   }
   return room;
 }
 
 double free_along_arc(const Buffer<Point2>& points, double curvature, double margin, double farthest,
                       const CarGeometry& car) noexcept {
-  const double side = 0.5 * car.width + margin;
-  const double front = car.length - car.rear_overhang;
+  const Footprint body(car);
+  const double side = body.side + margin, front = body.front;
   if (std::abs(curvature) < straight) return free_straight(points, side, front, farthest);
   const double radius = 1.0 / std::abs(curvature);
   const double inner = std::max(radius - side, 0.0);

@@ -14,13 +14,14 @@ constexpr double lost = -1.0;
 
 }  // namespace
 
-bool Sweep::read(const LaserScan& scan, const VehicleState& state, double dt, const SweepParams& params,
+bool Sweep::read(const LaserScan& scan, const VehicleState& state, const ScanPeriod& period, const SweepParams& params,
                  const CarGeometry& car) noexcept {
   points_.clear();
   ranges_.clear();
   if (!judge(scan).usable() || !table_.prepare(scan)) return false;
   ranges_.fill(table_.size(), lost);
-  const SweepMotion motion(with_usable_time(scan, dt), state);
+  const SweepMotion motion(with_usable_time(scan, period.seconds()), state);
+  const Footprint body(car, params.footprint_margin);
   const auto last = static_cast<std::ptrdiff_t>(scan.ranges.size()) - 1;
   for (std::size_t i = 0; i < table_.size(); ++i) {
     const std::ptrdiff_t source = table_.source(i);
@@ -29,12 +30,12 @@ bool Sweep::read(const LaserScan& scan, const VehicleState& state, double dt, co
     if (!is_return(scan, r)) continue;
     const Point2 measured{car.laser_x + r * table_.cosine(i), car.laser_y + r * table_.sine(i)};
     if (motion.none()) {
-      take(measured, i, r, params, car);
+      take(measured, i, r, params, body);
       continue;
     }
     const Point2 p = motion.at_end(measured, static_cast<int>(last - source));
     const double x = p.x - car.laser_x, y = p.y - car.laser_y;
-    take(p, beam_at(std::atan2(y, x)), norm(x, y), params, car);
+    take(p, beam_at(std::atan2(y, x)), norm(x, y), params, body);
   }
   const auto seen = ranges_.size() - static_cast<std::size_t>(std::count(ranges_.begin(), ranges_.end(), lost));
   if (seen < scan_limits::fewest_returns) return false;
@@ -43,11 +44,8 @@ bool Sweep::read(const LaserScan& scan, const VehicleState& state, double dt, co
 }
 
 // A return at `p` (base_link), `range` from the laser in the direction of `beam`. The car's own body is none.
-void Sweep::take(Point2 p, std::size_t beam, double range, const SweepParams& params, const CarGeometry& car) noexcept {
-  const double front = car.length - car.rear_overhang + params.footprint_margin;
-  const double back = -car.rear_overhang - params.footprint_margin;
-  const double side = 0.5 * car.width + params.footprint_margin;
-  if (p.x > back && p.x < front && std::abs(p.y) < side) return;
+void Sweep::take(Point2 p, std::size_t beam, double range, const SweepParams& params, const Footprint& body) noexcept {
+  if (body.covers(p)) return;
   const double used = std::min(range, params.range_use);
   if (ranges_[beam] == lost || used < ranges_[beam]) ranges_[beam] = used;
   if (range < params.range_use) points_.push(p);

@@ -9,6 +9,7 @@
 #include "firstlap/car_geometry.hpp"
 #include "firstlap/field.hpp"
 #include "firstlap/scan.hpp"
+#include "firstlap/scan_period.hpp"
 #include "firstlap/types.hpp"
 
 namespace firstlap::drivers {
@@ -37,8 +38,8 @@ class Sweep {
   Sweep() : ranges_(max_points), points_(max_points) {}
 
   // False where there is nothing to read: a header without sense, or hardly a return. The car moves with `state`
-  // during the sweep; dt: [s] since the scan before.
-  bool read(const LaserScan& scan, const VehicleState& state, double dt, const SweepParams& params,
+  // during the sweep, where `period` says that time_increment can be true.
+  bool read(const LaserScan& scan, const VehicleState& state, const ScanPeriod& period, const SweepParams& params,
             const CarGeometry& car) noexcept;
 
   [[nodiscard]] std::size_t size() const noexcept { return ranges_.size(); }
@@ -53,7 +54,7 @@ class Sweep {
   [[nodiscard]] const Buffer<Point2>& points() const noexcept { return points_; }
 
  private:
-  void take(Point2 p, std::size_t beam, double range, const SweepParams& params, const CarGeometry& car) noexcept;
+  void take(Point2 p, std::size_t beam, double range, const SweepParams& params, const Footprint& body) noexcept;
   void fill_lost(const SweepParams& params) noexcept;
 
   BeamTable table_;

@@ -59,6 +59,7 @@ void Localiser::start(const Pose2& pose) noexcept {
   estimate_ = {};
   estimate_.pose = pose;
   tight_fit_ = usual_fit_ = average_fit_ = good_time_ = 0.0;
+  period_ = {};
   speed_scale_ = {};
   speed_command_ = moved_ = measured_ = 0.0;
   started_ = true;
@@ -74,6 +75,7 @@ void Localiser::displace(const Pose2& by) noexcept {
 }
 
 Estimate Localiser::step(const LaserScan& scan, const VehicleState& state, double dt) noexcept {
+  period_.learn(dt);
   dt = std::isfinite(dt) ? std::clamp(dt, 0.0, longest_step) : 0.0;
   if (!started_) return estimate_;
   VehicleState used = sane(state) ? state : VehicleState{};
@@ -82,7 +84,7 @@ Estimate Localiser::step(const LaserScan& scan, const VehicleState& state, doubl
   estimate_.command_scale = true_per_commanded(speed_scale_, params_.speed_scale);
   used.speed *= estimate_.speed_scale;
   move(used, dt);
-  if (choose_beams(scan, used, dt)) {
+  if (choose_beams(scan, used)) {
     locate();
     judge(filter_.cluster(), dt);
     learn_speed_scale(dt);
@@ -117,8 +119,8 @@ void Localiser::learn_speed_scale(double dt) noexcept {
   moved_ = measured_ = 0.0;
 }
 
-bool Localiser::choose_beams(const LaserScan& scan, const VehicleState& state, double dt) noexcept {
-  if (!maker_.make(scan, state, dt)) return false;
+bool Localiser::choose_beams(const LaserScan& scan, const VehicleState& state) noexcept {
+  if (!maker_.make(scan, state, period_.seconds())) return false;
   pick(maker_.points(), beams_.capacity(), beams_);
   pick(maker_.cloud(), dense_.capacity(), dense_);
   return beams_.size() >= fewest_beams;

@@ -9,6 +9,7 @@
 #include "firstlap/maps/likelihood_field.hpp"
 #include "firstlap/maps/params.hpp"
 #include "firstlap/maps/particle_filter.hpp"
+#include "firstlap/scan_period.hpp"
 #include "firstlap/speed_scale.hpp"
 #include "firstlap/types.hpp"
 
@@ -55,7 +56,7 @@ class Localiser {
 
  private:
   void move(const VehicleState& state, double dt) noexcept;
-  bool choose_beams(const LaserScan& scan, const VehicleState& state, double dt) noexcept;
+  bool choose_beams(const LaserScan& scan, const VehicleState& state) noexcept;
   void locate() noexcept;
   void judge(const Cluster& cluster, double dt) noexcept;
   void learn_speed_scale(double dt) noexcept;
@@ -69,6 +70,7 @@ class Localiser {
   Pose2 pose_{};                // in the field's frame
   VehicleState last_{};
   Estimate estimate_{};
+  ScanPeriod period_{};                       // of the scans
   SpeedScale speed_scale_{};                  // how far the car's speeds are wrong
   double speed_command_ = 0.0;                // [m/s] the last given
   double moved_ = 0.0, measured_ = 0.0;       // [m] forward since the last scan that placed it: as taken, as measured

@@ -30,10 +30,12 @@ ScanMotion::ScanMotion(const CloudParams& cloud, const MatchParams& match, const
     : maker_(cloud, car), match_(match) {}
 
 std::optional<ScanStep> ScanMotion::add(const LaserScan& scan, double time) {
+  period_.learn(time - heard_);
+  heard_ = time;
   const double elapsed = kept_ ? time - kept_->time : 0.0;
   if (kept_ && elapsed >= 0.0 && elapsed < (tracking_ ? interval : 0.0)) return {};
   const VehicleState own{velocity_.x, velocity_.yaw, 0.0};
-  if (!maker_.make(scan, tracking_ ? own : VehicleState{})) return {};
+  if (!maker_.make(scan, tracking_ ? own : VehicleState{}, period_.seconds())) return {};
   if (!kept_ || !(elapsed > 0.0) || elapsed > longest) {
     tracking_ = false;
     keep(time);

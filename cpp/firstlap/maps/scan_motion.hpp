@@ -1,12 +1,14 @@
 // How the car moved between scans, from the scans alone: nothing that it measures about itself goes in.
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <vector>
 
 #include "firstlap/car_geometry.hpp"
 #include "firstlap/maps/cloud.hpp"
 #include "firstlap/maps/scan_matcher.hpp"
+#include "firstlap/scan_period.hpp"
 #include "firstlap/types.hpp"
 
 namespace firstlap::maps {
@@ -30,9 +32,13 @@ class ScanMotion {
   void forget() noexcept {
     kept_.reset();
     tracking_ = false;
+    period_ = {};
+    heard_ = never;
   }
 
  private:
+  static constexpr double never = -std::numeric_limits<double>::infinity();
+
   struct Kept {
     double time = 0.0;
     ReferenceCloud cloud;
@@ -44,6 +50,8 @@ class ScanMotion {
   CloudMaker maker_;
   MatchParams match_;
   std::optional<Kept> kept_;
+  ScanPeriod period_{};
+  double heard_ = never;   // [s] of the last scan's last beam
   Pose2 velocity_{};       // [m/s], [rad/s] over the last step
   bool tracking_ = false;  // whether velocity_ is known
 };

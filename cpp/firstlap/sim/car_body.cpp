@@ -30,7 +30,7 @@ Point2 to_laser(const Pose2& laser, double x, double y) noexcept {
 
 std::array<WallSegment, 4> body_edges(const CarGeometry& car, const Pose2& pose) noexcept {
   const double c = std::cos(pose.yaw), s = std::sin(pose.yaw);
-  const double front = car.length - car.rear_overhang, rear = -car.rear_overhang, side = 0.5 * car.width;
+  const auto [front, rear, side] = Footprint(car);
   const auto corner = [&](double x, double y) { return Point2{pose.x + c * x - s * y, pose.y + s * x + c * y}; };
   const std::array<Point2, 4> corners{corner(rear, -side), corner(front, -side), corner(front, side),
                                       corner(rear, side)};

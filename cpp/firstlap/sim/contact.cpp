@@ -14,7 +14,8 @@ struct Box {
 };
 
 Box box_of(const CarGeometry& car) noexcept {
-  return {-car.rear_overhang, car.length - car.rear_overhang, -0.5 * car.width, 0.5 * car.width};
+  const Footprint body(car);
+  return {body.rear, body.front, -body.side, body.side};
 }
 
 Point2 to_base_link(const Pose2& base_link, double x, double y) noexcept {
@@ -87,7 +88,8 @@ double clearance(const CarGeometry& car, const Pose2& base_link, const Walls& wa
 }
 
 double reach(const CarGeometry& car) noexcept {
-  return std::hypot(std::max(car.rear_overhang, car.length - car.rear_overhang), 0.5 * car.width);
+  const Footprint body(car);
+  return std::hypot(std::max(-body.rear, body.front), body.side);
 }
 
 }  // namespace firstlap::sim

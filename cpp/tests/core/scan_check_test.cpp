@@ -5,6 +5,7 @@
 #include <limits>
 #include <vector>
 
+#include "firstlap/scan_period.hpp"
 #include "tests/core/scene.hpp"
 
 namespace firstlap {
@@ -133,6 +134,31 @@ TEST(ScanCheck, a_sweep_longer_than_the_period_is_not_used_to_undo_motion) {
   EXPECT_TRUE(judge(s.view()).time_usable) << "the period is not known";
   s.scan.time_increment = 1.0 / 1080.0;
   EXPECT_FALSE(judge(s.view()).time_usable) << "no LiDAR takes a second";
+}
+
+TEST(ScanCheck, a_remark_on_the_sweep_names_the_period_only_where_it_is_known) {
+  Sample s;
+  s.scan.time_increment = 1.0 / 1080.0;
+  const std::string known = explain_time(s.view(), {.period = 0.025}, judge(s.view(), {.period = 0.025}));
+  EXPECT_NE(known.find("longer than the scan period of 0.025 s:"), std::string::npos) << known;
+  const std::string unknown = explain_time(s.view(), {}, judge(s.view()));
+  EXPECT_EQ(unknown.find("scan period of"), std::string::npos) << unknown;
+  EXPECT_NE(unknown.find("the scan period is not known"), std::string::npos) << unknown;
+}
+
+TEST(ScanPeriod, is_the_first_step_and_then_changes_slowly) {
+  ScanPeriod period;
+  EXPECT_EQ(period.seconds(), 0.0);
+  for (const double none : {0.0, -0.1, nan, inf, 2.0 * longest_pause}) period.learn(none);
+  EXPECT_EQ(period.seconds(), 0.0) << "not known";
+  period.learn(0.1);
+  EXPECT_EQ(period.seconds(), 0.1);
+  for (int i = 0; i < 100; ++i) period.learn(0.1);
+  EXPECT_EQ(period.seconds(), 0.1) << "regular scans do not round it away";
+  period.learn(0.2);
+  EXPECT_NEAR(period.seconds(), 0.11, 1e-12) << "one lost scan";
+  for (int i = 0; i < 100; ++i) period.learn(0.05);
+  EXPECT_NEAR(period.seconds(), 0.05, 1e-4) << "another laser";
 }
 
 TEST(ScanCheck, a_sweep_that_cannot_be_true_takes_no_time) {

@@ -65,6 +65,29 @@ TYPED_TEST(OpponentLaws, AThousandStepsAllocateNothing) {
   EXPECT_GT(ok, 400) << "the whole driver must have run";
 }
 
+// Whether the motion during the sweep is undone goes by how often scans come, not by when the last one did.
+TYPED_TEST(OpponentLaws, OneScanThatComesEarlyOrAfterALostOneIsReadAsTheOthers) {
+  constexpr double period = 0.1;
+  struct Case {
+    double sweep, dt;  // [s]
+  };
+  const scene::Scan seen = winding().walls(2.0).scan(winding().at(3.0));
+  const VehicleState state{3.0, 0.8, 0.1};
+  for (const Case& odd : {Case{period, 0.5 * period}, Case{1.5 * period, 2.0 * period}}) {
+    LaserScan scan = seen.view();
+    scan.time_increment = odd.sweep / static_cast<double>(scan.ranges.size() - 1);
+    TypeParam regular(this->driver.params()), other(this->driver.params());
+    for (int i = 0; i < 10; ++i) {
+      regular.step(scan, state, period);
+      other.step(scan, state, period);
+    }
+    regular.step(scan, state, period);
+    other.step(scan, state, odd.dt);
+    for (std::size_t i = 0; i < regular.trace().ranges.size(); ++i)
+      ASSERT_EQ(regular.trace().ranges[i], other.trace().ranges[i]) << odd.sweep << ' ' << odd.dt << ' ' << i;
+  }
+}
+
 TYPED_TEST(OpponentLaws, AMirroredScanMirrorsTheSteeringAndKeepsTheSpeed) {
   const Course course = winding();
   const Scene track = course.walls(2.0);

@@ -18,7 +18,7 @@ scene::Scan around(std::vector<float> ranges) {
 
 TEST(Sweep, AFewLostBeamsGetTheNearerNeighbour) {
   Sweep sweep;
-  ASSERT_TRUE(sweep.read(around({3, 3, lost, NAN, 2, 2, 2}).view(), {}, 0.0, {.max_lost_beams = 10}, {}));
+  ASSERT_TRUE(sweep.read(around({3, 3, lost, NAN, 2, 2, 2}).view(), {}, {}, {.max_lost_beams = 10}, {}));
   EXPECT_EQ(sweep.range(2), 2.0);
   EXPECT_EQ(sweep.range(3), 2.0);
   EXPECT_EQ(sweep.points().size(), 5U);
@@ -28,14 +28,14 @@ TEST(Sweep, ManyLostBeamsAreOpenAsFarAsTheSetupSays) {
   std::vector<float> ranges(100, 5.0F);
   std::fill(ranges.begin() + 30, ranges.begin() + 60, lost);
   Sweep sweep;
-  ASSERT_TRUE(sweep.read(around(ranges).view(), {}, 0.0, {.lost_range = 1.5}, {}));
+  ASSERT_TRUE(sweep.read(around(ranges).view(), {}, {}, {.lost_range = 1.5}, {}));
   for (std::size_t i = 30; i < 60; ++i) EXPECT_EQ(sweep.range(i), 1.5);
   EXPECT_EQ(sweep.range(29), 5.0);
 }
 
 TEST(Sweep, RangesAreClippedAndWhatIsBeyondIsNoPoint) {
   Sweep sweep;
-  ASSERT_TRUE(sweep.read(around({3, 20, 29, 4, 5, 6}).view(), {}, 0.0, {.range_use = 8.0}, {}));
+  ASSERT_TRUE(sweep.read(around({3, 20, 29, 4, 5, 6}).view(), {}, {}, {.range_use = 8.0}, {}));
   EXPECT_EQ(sweep.range(1), 8.0);
   EXPECT_EQ(sweep.range(2), 8.0);
   EXPECT_EQ(sweep.points().size(), 4U);
@@ -43,7 +43,7 @@ TEST(Sweep, RangesAreClippedAndWhatIsBeyondIsNoPoint) {
 
 TEST(Sweep, TheCarsOwnBodyIsLost) {
   Sweep sweep;
-  ASSERT_TRUE(sweep.read(around({3, 3, 0.1F, 3, 3}).view(), {}, 0.0, {}, {}));
+  ASSERT_TRUE(sweep.read(around({3, 3, 0.1F, 3, 3}).view(), {}, {}, {}, {}));
   EXPECT_EQ(sweep.range(2), 3.0);
 }
 
@@ -53,7 +53,7 @@ TEST(Sweep, ClockwiseScansAreReadRightToLeft) {
   clockwise.angle_min = 1.0;
   clockwise.angle_increment = -scan.angle_increment;
   Sweep sweep;
-  ASSERT_TRUE(sweep.read(clockwise.view(), {}, 0.0, {}, {}));
+  ASSERT_TRUE(sweep.read(clockwise.view(), {}, {}, {}, {}));
   EXPECT_NEAR(sweep.angle(0), -1.0, 1e-12);
   EXPECT_EQ(sweep.range(0), 5.0);
   EXPECT_EQ(sweep.beam_at(1.0), 4U);

@@ -134,6 +134,23 @@ TEST(Localiser, says_that_it_is_lost_before_it_was_started_and_soon_after_it_goe
   EXPECT_LT(blind_scans * Drive::dt, 0.3);
 }
 
+TEST(Localiser, a_sweep_longer_than_the_usual_period_is_not_undone_even_after_a_lost_scan) {
+  constexpr double period = 0.1, sweep = 0.15;
+  const auto last_of = [&](double time) {
+    auto localiser = on(wavy());
+    Drive drive(wavy(), 2.0);
+    localiser->start(drive.pose());
+    LaserScan scan = drive.scan();
+    scan.time_increment = time / static_cast<double>(scan.ranges.size() - 1);
+    for (int i = 0; i < 10; ++i) localiser->step(scan, {}, period);
+    return localiser->step(scan, {2.0, 0.5, 0.0}, 2.0 * period);
+  };
+  const Estimate with = last_of(sweep), without = last_of(0.0);
+  EXPECT_EQ(with.pose.x, without.pose.x);
+  EXPECT_EQ(with.pose.yaw, without.pose.yaw);
+  EXPECT_EQ(with.fit, without.fit);
+}
+
 TEST(Localiser, the_same_seed_gives_the_same_poses_and_another_seed_others) {
   const auto drive = [](std::uint64_t seed) {
     auto localiser = on(wavy(), seed);

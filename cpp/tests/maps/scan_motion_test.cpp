@@ -100,6 +100,22 @@ TEST(ScanMotion, forgets_how_fast_the_car_was) {
   EXPECT_EQ(again->motion.yaw, first->motion.yaw);
 }
 
+TEST(ScanMotion, does_not_undo_a_sweep_that_is_longer_than_the_period) {
+  const auto room = testing::odd_room();
+  Camera camera(room);
+  ScanMotion with({}, {}, {}), without({}, {}, {});
+  for (int i = 0; i < 10; ++i) {
+    LaserScan scan = camera.scan(on_arc(2.0, 0.5, 0.1 * i));
+    const auto expected = without.add(scan, 0.1 * i);
+    scan.time_increment = 0.15 / static_cast<double>(scan.ranges.size() - 1);
+    const auto step = with.add(scan, 0.1 * i);
+    ASSERT_EQ(step.has_value(), expected.has_value()) << i;
+    if (!step) continue;
+    EXPECT_EQ(step->motion.x, expected->motion.x) << i;
+    EXPECT_EQ(step->motion.yaw, expected->motion.yaw) << i;
+  }
+}
+
 TEST(ScanMotion, is_lost_where_the_car_is_somewhere_else_and_finds_itself_again) {
   const auto room = testing::odd_room();
   Camera camera(room);

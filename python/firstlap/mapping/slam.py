@@ -71,7 +71,8 @@ class Mapper:
         self._offset: FloatArray | None = None
         self.travelled = 0.0
         self.scans = 0
-        self._time = self._period = 0.0
+        self._time = 0.0
+        self._period = _core.ScanPeriod()
         self.poor = 0
 
     @property
@@ -88,7 +89,8 @@ class Mapper:
         """One scan and the odometry since the last. Whether the scan was kept. Raises InputError."""
         if not np.isfinite(seen.motion).all() or abs(seen.motion[:2]).max() > 2.0:
             raise InputError(f"odometry at {seen.time:.3f} s jumps by {seen.motion[:2]} m between two scans")
-        self._period = max(seen.time - self._time, 0.0) if self.scans else 0.0
+        if self.scans:
+            self._period.learn(seen.time - self._time)
         self._time = seen.time
         self.scans += 1
         self._motion = compose(self._motion, seen.motion) if self.keyframes else np.zeros(3)
@@ -111,7 +113,7 @@ class Mapper:
                 scan.time_increment,
                 scan.range_min,
                 scan.range_max,
-                self._period,
+                self._period.seconds,
             )
         except ValueError as error:
             raise InputError(f"scan at {seen.time:.3f} s: {error}") from None
