@@ -29,7 +29,7 @@ def load_car(spec: str | Path) -> Car:
     if str(spec) in CAR_NAMES:
         return Car(str(spec), _core.Car.preset(str(spec)), "built in")
     path = Path(spec)
-    if path.suffix in (".yaml", ".yml") or path.exists():
+    if path.suffix in (".yaml", ".yml") or (str(spec) and path.exists()):
         return _car(path.stem, CAR_FIELDS.read(path), str(path))
     near = difflib.get_close_matches(str(spec), CAR_NAMES, n=1, cutoff=0.5)
     hint = f"did you mean {near[0]}?" if near else f"ours are {', '.join(CAR_NAMES)}"
@@ -64,7 +64,7 @@ def _lidar_file(spec: str | Path) -> Path:
     if str(spec) in list_lidars():
         return data_folder("lidars") / f"{spec}.yaml"
     path = Path(spec)
-    if path.suffix in (".yaml", ".yml") or path.exists():
+    if path.suffix in (".yaml", ".yml") or (str(spec) and path.exists()):
         return path
     near = difflib.get_close_matches(str(spec), list_lidars(), n=1, cutoff=0.5)
     hint = f"did you mean {near[0]}?" if near else f"ours are {', '.join(list_lidars())}"

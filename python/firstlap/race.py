@@ -16,12 +16,16 @@ from firstlap.car_file import CAR_FIELDS, Car, load_car
 from firstlap.drivers.registry import CoreHandle, Handle, Look, Preparation, SeesTruth, StartsAt, driver_kind
 from firstlap.errors import InputError
 from firstlap.parameters import Field, FieldTable
+from firstlap.scan import Scan, judge
 from firstlap.setup_file import Setup, choose_setup
 from firstlap.simulate import core_track
+from firstlap.step_log import STATUSES
 from firstlap.tracks.track import Track
 
 OPTION_FIELDS = FieldTable([*_core.RaceOptions.fields(), *_core.Car.fields()])
 """Conditions of a race: how it is run, and what its car is like without the driver being told."""
+OPTIONS = "race options"
+"""What messages call them."""
 SCANS_PER_LOOK = 40
 
 
@@ -64,6 +68,24 @@ class ObstacleSeen:
 
 
 @dataclass(frozen=True)
+class Ending:
+    """Why the car stood, as far as its driver says.
+
+    status: of the driver's last step (`Status` in cpp/firstlap). scan_fault, scan_reason: what the judge says of the
+    last scan that it saw; 'none' and '' where that may be used.
+    """
+
+    status: str
+    scan_fault: str
+    scan_reason: str
+
+    @property
+    def said(self) -> str:
+        """For people."""
+        return f"last status {self.status}" + (f"; last scan: {self.scan_reason}" if self.scan_reason else "")
+
+
+@dataclass(frozen=True)
 class RaceResult:
     """What a race leaves behind.
 
@@ -73,6 +95,7 @@ class RaceResult:
     compute_times: (steps,) microseconds of each driver step, by its thread's CPU clock.
     skipped_scans: that came while the driver was busy and were overtaken by the next.
     latency: what of the compute time delayed the commands. preparation: what came before the race.
+    ending: of a race that is not finished; None before the first step.
     """
 
     track: Track
@@ -92,6 +115,7 @@ class RaceResult:
     latency: str = "none"
     obstacle: ObstacleSeen | None = None
     preparation: Preparation = field(default_factory=Preparation)
+    ending: Ending | None = None
 
     @property
     def finished(self) -> bool:
@@ -130,6 +154,7 @@ class RaceResult:
             "laps": [asdict(lap) for lap in self.laps],
             "best": self.best,
             "contact": asdict(self.contact) if self.contact else None,
+            "ending": asdict(self.ending) if self.ending else None,
             "latency": self.latency,
             "skipped_scans": self.skipped_scans,
             "compute": self.compute,
@@ -163,7 +188,7 @@ def latency_options(latency: str) -> dict[str, float]:
 def tell_start(driver: Handle, track: Track, options: Mapping[str, float] | None) -> None:
     """To a driver that needs it: about where the car is put down."""
     if isinstance(driver, StartsAt):
-        given = {OPTION_FIELDS.find(name, "race options").key: value for name, value in (options or {}).items()}
+        given = {OPTION_FIELDS.find(name, OPTIONS).key: value for name, value in (options or {}).items()}
         driver.starts_at(float(given.get("race.start_s", 0.0)) / track.length)
 
 
@@ -172,16 +197,25 @@ def option_name(field: Field) -> str:
     return field.key if field.section in CAR_FIELDS.sections else field.name
 
 
-def under_conditions(car: Car, options: Mapping[str, float] | None) -> Car:
-    """The car with what `options` change of it; of them only fields of cars count. Raises InputError."""
-    given = {OPTION_FIELDS.find(name, "race options"): value for name, value in (options or {}).items()}
+def under_conditions(car: Car, options: Mapping[str, float] | None, where: str = OPTIONS) -> Car:
+    """The car with what `options` change of it; of them only fields of cars count. where: what messages call them.
+    Raises InputError, also where they contradict each other or the car."""
+    given = {OPTION_FIELDS.find(name, where): value for name, value in (options or {}).items()}
     changes = {entry: value for entry, value in given.items() if entry.section in CAR_FIELDS.sections}
     if not changes:
         return car
     core = _core.Car(car.core)
     for entry, value in changes.items():
-        core.set(entry.section, entry.name, OPTION_FIELDS.check(entry, value, "race options"))
+        core.set(entry.section, entry.name, OPTION_FIELDS.check(entry, value, where))
+    try:
+        core.validate()
+    except ValueError as error:
+        raise InputError(f"{where} {_assignments(options)}: {error}") from None
     return Car(car.name, core, car.source)
+
+
+def _assignments(options: Mapping[str, float] | None) -> str:
+    return ", ".join(f"{name}={value:g}" for name, value in (options or {}).items())
 
 
 def start_race(
@@ -198,17 +232,19 @@ def start_race(
     Raises InputError where it cannot begin."""
     core_options = _core.RaceOptions()
     for name, value in {"laps": laps, **(options or {})}.items():
-        entry = OPTION_FIELDS.find(name, "race options")
+        entry = OPTION_FIELDS.find(name, OPTIONS)
         if entry.section not in CAR_FIELDS.sections:
-            core_options.set(entry.section, entry.name, OPTION_FIELDS.check(entry, value, "race options"))
+            core_options.set(entry.section, entry.name, OPTION_FIELDS.check(entry, value, OPTIONS))
     if not 0 <= seed < 2**64:
         raise InputError(f"seed is {seed}, outside of what is allowed: 0 to 2^64 - 1")
     core_options.seed = seed
     tell_start(driver, track, options)
+    conditioned = under_conditions(car, options)
     try:
-        return _core.Race(core_track(track), under_conditions(car, options).core, driver.core, core_options)
+        return _core.Race(core_track(track), conditioned.core, driver.core, core_options)
     except ValueError as error:
-        raise InputError(f"{track.name}: {error}") from None
+        under = f" with {OPTIONS} {_assignments(options)}" if options else ""
+        raise InputError(f"{track.name}{under}: {error}") from None
 
 
 def race(
@@ -282,4 +318,12 @@ def race(
         latency=latency,
         obstacle=ObstacleSeen(**found["obstacle"]) if found["obstacle"] else None,
         preparation=preparation,
+        ending=None if found["outcome"] == "finished" else _ending(running, car, found["path"]["status"]),
     )
+
+
+def _ending(running: _core.Race, car: Car, statuses: npt.NDArray[Any]) -> Ending | None:
+    if not len(statuses):
+        return None
+    judged = judge(Scan(**running.scan()), 1.0 / float(car.core.get("lidar", "rate")))  # type: ignore[arg-type]
+    return Ending(STATUSES[int(statuses[-1])], judged.fault, judged.reason)

@@ -141,7 +141,7 @@ def _load(spec: str | Path) -> Setup:
     if str(spec) in names:
         return _read(setups_folder() / f"{spec}.yaml", str(spec))
     path = Path(spec)
-    if path.suffix in (".yaml", ".yml") or path.exists():
+    if path.suffix in (".yaml", ".yml") or (str(spec) and path.exists()):
         return _read(path, path.stem)
     near = difflib.get_close_matches(str(spec), names, n=1, cutoff=0.5)
     hint = f"did you mean {near[0]}?" if near else f"ours are {', '.join(names)}"

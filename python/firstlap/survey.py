@@ -7,7 +7,7 @@ import statistics
 import threading
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import Executor, Future, ThreadPoolExecutor, as_completed
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from firstlap import _core
@@ -61,6 +61,7 @@ class TrackSummary:
                     "laps": len(result.laps),
                     "time": result.time,
                     "s": float(result.path["s"][-1]) if len(result.path["s"]) else 0.0,
+                    "ending": asdict(result.ending) if result.ending else None,
                 }
                 for result in ordered
                 if not result.finished

@@ -40,3 +40,8 @@ def counted(number: int, noun: str) -> str:
 def signed(value: float, digits: int, width: int = 0) -> str:
     """With its sign; what is nothing after rounding has a plus, never -0.0."""
     return f"{round(value, digits) + 0.0:+{width}.{digits}f}"
+
+
+def to_side(value: float, positive: str, negative: str, spec: str = "g") -> str:
+    """A distance [m] without its sign, and the side that it lies to: 0.1 m behind."""
+    return f"{abs(value):{spec}} m {positive if value >= 0.0 else negative}"

@@ -30,6 +30,7 @@ RACE_KEYS = {
     "laps",
     "best",
     "contact",
+    "ending",
     "compute",
 }
 LAP_KEYS = {"time", "distance", "mean_speed", "max_speed", "min_clearance", "rms_offset", "standing"}

@@ -124,8 +124,13 @@ def test_an_interrupted_comparison_goes_on_where_it_was(tmp_path):
     process = subprocess.Popen(
         [sys.executable, "-c", code, *map(str, arguments)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )
+
+    def kept() -> int:
+        """Those with a dot are still being written."""
+        return len([path for path in tmp_path.glob("*.npz") if not path.name.startswith(".")])
+
     deadline = time.monotonic() + 60.0
-    while len(list(tmp_path.glob("*.npz"))) < 3 and time.monotonic() < deadline:
+    while kept() < 3 and time.monotonic() < deadline:
         time.sleep(0.1)
     process.send_signal(signal.SIGINT)
     _, err = process.communicate(timeout=60)
@@ -133,8 +138,7 @@ def test_an_interrupted_comparison_goes_on_where_it_was(tmp_path):
     driven = re.fullmatch(r"error: interrupted after (\d+) of 800 races; the same command goes on there\n", err)
     assert driven, err
     # A race that ends while the interrupt is answered may be kept without being counted; none is counted but not kept.
-    kept = len([path for path in tmp_path.glob("*.npz") if not path.name.startswith(".")])
-    assert kept >= int(driven[1]) >= 3
+    assert kept() >= int(driven[1]) >= 1
 
 
 def test_reports_hold_what_is_needed_to_repeat_them(cli):

@@ -110,3 +110,77 @@ def test_bench_takes_any_track(cli, tmp_path):
     found = cli("bench", tmp_path / "mine.yaml", "--json").json
     assert found["track"] == "mine"
     assert found["scan_us"]["p50"] > 0.0
+
+
+def test_a_race_that_ends_stuck_says_why(cli):
+    blind = ("race", "oval", *QUICK[:-1], "--option", "lidar.dropout_rate=1")
+    said = cli(*blind, "--json")
+    assert said.code == 1
+    assert said.json["outcome"] == "stuck"
+    reason = "0 of 1081 beams return a range between range_min 0.06 m and range_max 30 m; at least 4 are needed"
+    assert said.json["ending"] == {"status": "bad_scan", "scan_fault": "no_returns", "scan_reason": reason}
+    assert f"stuck after 3.00 s: last status bad_scan; last scan: {reason}" in cli(*blind).out
+    failures = cli("survey", *blind[1:], "--seeds", 1, "--json").json["tracks"][0]["failures"]
+    assert failures[0]["ending"] == said.json["ending"]
+    assert cli("race", "oval", *QUICK).json["ending"] is None
+
+
+@pytest.mark.parametrize("command", [("race",), ("survey", "--seeds", 1), ("compare", "--drivers", "gap")])
+@pytest.mark.parametrize(
+    ("option", "says"),
+    [
+        (
+            "lidar.beams_vary=1000 lidar.beams=900",
+            "lidar.beams_vary is 1000, allowed at most lidar.beams - 2, which is 898",
+        ),
+        (
+            "lidar.rate=100",
+            "lidar.sweep_time is 0.01875, allowed at most one scan period, 1 / lidar.rate, which is 0.01 s",
+        ),
+    ],
+)
+def test_options_that_contradict_each_other_are_named_and_not_the_track(cli, command, option, says):
+    given = [word for one in option.split() for word in ("--option", one)]
+    said = cli(command[0], "oval", *command[1:], *given, "--laps", 1)
+    assert said.code == 2
+    assert said.err == f"error: --option {', '.join(option.split())}: {says}\n"
+
+
+def test_a_car_file_that_contradicts_itself_is_named(cli, tmp_path):
+    (tmp_path / "slow.yaml").write_text("lidar:\n  rate: 40\n  sweep_time: 0.05\n")
+    for option in ("--car", "--lidar"):
+        said = cli("race", "oval", option, "slow.yaml")
+        assert (said.code, said.err.split(": ")[:2]) == (2, ["error", "slow.yaml"])
+        assert "lidar.sweep_time is 0.05, allowed at most one scan period" in said.err
+
+
+def test_a_start_beyond_a_wall_is_refused(cli):
+    said = cli("race", "oval", "--option", "start_offset=10")
+    why = "race: the car starts beyond a wall, 10 m left of the centerline"
+    assert (said.code, said.err) == (2, f"error: oval with race options start_offset=10: {why}\n")
+
+
+@pytest.mark.parametrize(
+    ("option", "says"),
+    [
+        ("--lidar", "'': no such LiDAR or file; ours are ld19, lds01, rplidar_a1, "),
+        ("--car", "'': no such car or file; ours are default, nuc2, gym"),
+        ("--setup", "'': no such setup or file; ours are base, "),
+    ],
+)
+def test_a_name_that_is_empty_is_answered_with_those_there_are(cli, option, says):
+    said = cli("race", "oval", option, "")
+    assert (said.code, said.err.startswith(f"error: {says}")) == (2, True), said.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (("explain", "oval", "--laser", "0.1,0,0"), "--laser: has no meaning with a track"),
+        (("explain", "oval", "--keep-body"), "--keep-body: has no meaning with a track"),
+        (("map", "oval", "-o", "m.yaml", "--scan-topic", "/scan"), "--scan-topic: has no meaning with a track"),
+    ],
+)
+def test_an_option_of_recordings_is_refused_with_a_track(cli, arguments, says):
+    said = cli(*arguments)
+    assert (said.code, said.err) == (2, f"error: {says}\n")

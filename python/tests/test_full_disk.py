@@ -88,6 +88,14 @@ def test_a_full_disk_is_one_line_of_a_whole_process(tmp_path: Path) -> None:
     assert_one_line_and_nothing_half_written(tmp_path, 3000, done.returncode, done.stderr)
 
 
+@pytest.mark.parametrize("as_json", [False, True])
+def test_a_picture_that_cannot_be_written_takes_no_result_with_it(tmp_path: Path, as_json: bool) -> None:
+    done = without_room(tmp_path, 3000, *COMMANDS["plot"], *(["--json"] if as_json else []))
+    assert_one_line_and_nothing_half_written(tmp_path, 3000, done.returncode, done.stderr)
+    assert ('"outcome": "finished"' if as_json else "standing start") in done.stdout
+    assert "picture" not in done.stdout
+
+
 def test_a_log_ends_where_the_disk_was_full_and_can_be_replayed_so_far(tmp_path: Path) -> None:
     done = without_room(tmp_path, 400_000, "race", "arena", "--laps", "3", "--record", "race.mcap")
     assert done.returncode == 2

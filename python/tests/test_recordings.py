@@ -370,7 +370,7 @@ def test_where_no_clock_advances_the_usual_period_is_taken(tmp_path):
 def test_a_pause_is_said(tmp_path):
     stamps = [*range(10), *range(100, 110)]
     recording = load_recording(bags.write_rosbag2(tmp_path / "a", with_stamps(stamps, stamps)))
-    assert "1 gaps of more than 0.5 s, the longest 2.3 s" in remarks(recording)
+    assert "1 gap of more than 0.5 s, the longest 2.3 s" in remarks(recording)
 
 
 def test_scans_that_change_size_are_read_by_their_own_header(tmp_path):

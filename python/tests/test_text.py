@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from firstlap.text import counted, short_name, short_names, signed
+from firstlap.text import counted, short_name, short_names, signed, to_side
 
 
 @pytest.mark.parametrize(
@@ -35,3 +35,10 @@ def test_one_is_no_plural():
 def test_nothing_has_no_minus():
     assert [signed(value, 2) for value in (-0.001, 0.0, 0.001, -0.006)] == ["+0.00", "+0.00", "+0.00", "-0.01"]
     assert signed(-0.04, 1, 6) == "  +0.0"
+
+
+@pytest.mark.parametrize(
+    ("value", "spec", "said"), [(0.27, "g", "0.27 m ahead"), (-0.1, ".2f", "0.10 m behind"), (0.0, "g", "0 m ahead")]
+)
+def test_a_distance_has_a_side_and_no_sign(value: float, spec: str, said: str) -> None:
+    assert to_side(value, "ahead", "behind", spec) == said

@@ -96,9 +96,9 @@ def test_the_same_seed_and_number_of_trials_give_the_same_setups_with_any_number
 @pytest.mark.usefixtures("no_pictures")
 def test_tune_serves_any_driver_of_the_registry(cli):
     options = [word if word != "a_y_max,v_max" else "v_max" for word in ALONE]
-    found = cli("tune", "oval", "--driver", "gap", "--budget", 2, "--json", *options)
+    found = cli("tune", "oval", "--driver", "gap", "--lidar", "ld19", "--budget", 2, "--json", *options)
     assert found.code in (0, 1), found.err
-    assert found.json["driver"] == "gap"
+    assert (found.json["driver"], found.json["car"]) == ("gap", "default with ld19")
     if found.json["holds"]:
         assert firstlap.load_setup(found.json["holds"]["file"]).driver == "gap"
 

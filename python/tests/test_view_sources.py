@@ -627,3 +627,16 @@ def test_after_a_stop_the_race_shows_the_command_that_is_sent(arena: firstlap.Tr
     assert frame.sent is not None and frame.sent[0] == 0.0
     race.go()
     assert race.frame().sent is None
+
+
+def test_a_simulated_car_may_have_another_lidar_and_a_recording_has_its_own(
+    cli: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    served: list[Any] = []
+    monkeypatch.setattr("firstlap.cli.view._serve", lambda source, *_: served.append(source) or 0)
+    assert cli("view", "oval", "--lidar", "ld19", "--no-open").code == 0
+    lidar = served[0].car.core.values()["lidar"]
+    assert (served[0].car.name, lidar["beams"]) == ("default with ld19", 455)
+    assert cli("race", "oval", "--laps", 1, "--record", "race.mcap").code == 0
+    said = cli("view", "race.mcap", "--lidar", "ld19", "--no-open")
+    assert (said.code, said.err) == (2, "error: --lidar: has no meaning with a recording\n")

@@ -64,15 +64,26 @@ void keep_nearest(double* __restrict inverse, const double* __restrict c, const 
   }
 }
 
-}  // namespace
-
-Lidar::Lidar(const LidarParams& params, const Walls& walls)
-    : params_(params), most_beams_(params.beams), walls_(&walls) {
+// Every field, and those that belong together.
+void check(const LidarParams& params) {
+  constexpr double rounding = 1e-6;  // [s] of periods as people write them
   validate(params, "lidar");
   if (params.beams - params.beams_vary < 2) {
     throw std::invalid_argument("lidar.beams_vary is " + std::to_string(params.beams_vary) +
                                 ", allowed at most lidar.beams - 2, which is " + std::to_string(params.beams - 2));
   }
+  if (params.sweep_time > 1.0 / params.rate + rounding) {
+    throw std::invalid_argument("lidar.sweep_time is " + plain(params.sweep_time) +
+                                ", allowed at most one scan period, 1 / lidar.rate, which is " +
+                                plain(1.0 / params.rate) + " s");
+  }
+}
+
+}  // namespace
+
+Lidar::Lidar(const LidarParams& params, const Walls& walls)
+    : params_(params), most_beams_(params.beams), walls_(&walls) {
+  check(params);
   set_beams(params.beams);
   const std::size_t vertices = walls.visible().x.size();
   x_.resize(vertices);

@@ -27,6 +27,14 @@ Pose2 start_pose(const Progress& progress, const RaceOptions& options) {
           line.yaw + options.start_yaw};
 }
 
+// Whether a wall lies between the line and the start, so that the car would start beside the track.
+bool beyond_wall(const Progress& progress, const RaceOptions& options, const Walls& walls) {
+  const Pose2 line = progress.pose_at(options.start_s);
+  const double turn = options.start_offset > 0.0 ? 0.5 : -0.5;
+  const CarGeometry way{.width = 0.0, .length = std::abs(options.start_offset), .rear_overhang = 0.0};
+  return touch(way, {line.x, line.y, line.yaw + turn * std::numbers::pi}, walls).has_value();
+}
+
 Pose2 obstacle_pose(const Progress& progress, const RaceOptions& options) {
   const Pose2 line = progress.pose_at(options.start_s + options.obstacle_at);
   return {line.x - options.obstacle_offset * std::sin(line.yaw), line.y + options.obstacle_offset * std::cos(line.yaw),
@@ -54,6 +62,10 @@ Race::Race(const Track& track, const Car& car, Driver& driver, const RaceOptions
   vehicle_.reset(start_pose(progress_, options_));
   last_pose_ = vehicle_.pose();
   if (touch(car_.geometry, last_pose_, track.walls)) throw std::invalid_argument("race: the car starts on a wall");
+  if (beyond_wall(progress_, options_, track.walls)) {
+    throw std::invalid_argument("race: the car starts beyond a wall, " + plain(options_.start_offset) +
+                                " m left of the centerline");
+  }
   progress_.reset({last_pose_.x, last_pose_.y});
   sensors_.record(0.0, vehicle_.own_state(), last_pose_.yaw);
   if (options_.obstacle_sight > 0.0) {
@@ -93,7 +105,7 @@ void Race::move(int i) {
 // The beams that fall into the i-th step, from the pose in the middle of their time. The last beam is measured
 // at the scan instant, the first sweep_time before.
 void Race::sweep(const Pose2& before, const Pose2& after, int i) {
-  const double duration = std::min(car_.lidar.sweep_time, period_), begin = period_ - duration;
+  const double duration = car_.lidar.sweep_time, begin = period_ - duration;
   const auto beam_at = [&](double time) {
     return duration > 0.0 ? (time - begin) / duration * (lidar_.params().beams - 1) : -1.0;
   };

@@ -131,7 +131,7 @@ void World::move(Agent& agent, int i) {
 // As in a race: the beams that fall into the i-th step, from the pose in the middle of their time.
 void World::sweep(std::size_t index, int i) {
   Agent& agent = *agents_[index];
-  const double duration = std::min(car_.lidar.sweep_time, period_), begin = period_ - duration;
+  const double duration = car_.lidar.sweep_time, begin = period_ - duration;
   const int beams = agent.lidar.params().beams;
   const double share = duration > 0.0 ? (i * step_ - begin) / duration : -1.0;
   const int due = static_cast<int>(std::floor(share * (beams - 1))) + 1;

@@ -234,6 +234,19 @@ TEST(Lidar, VariesItsBeamCountOverTheSameAngle) {
   EXPECT_THROW(Lidar({.beams = 5, .beams_vary = 4}, track.walls), std::invalid_argument);
 }
 
+TEST(Lidar, ASweepLastsAtMostOneScanPeriod) {
+  const Track track = wavy_track();
+  EXPECT_NO_THROW(Lidar({.rate = 10.0, .sweep_time = 0.1}, track.walls));
+  EXPECT_NO_THROW(Lidar({.rate = 7.0, .sweep_time = 0.142857}, track.walls)) << "as people round it";
+  try {
+    const Lidar lidar({.rate = 40.0, .sweep_time = 0.05}, track.walls);
+    FAIL();
+  } catch (const std::invalid_argument& error) {
+    EXPECT_STREQ(error.what(),
+                 "lidar.sweep_time is 0.05, allowed at most one scan period, 1 / lidar.rate, which is 0.025 s");
+  }
+}
+
 TEST(Lidar, SaysNoReturnAsItsDriverDoes) {
   const Walls walls;
   const auto reported = [&](NoReturn how) {

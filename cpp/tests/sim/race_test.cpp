@@ -125,6 +125,21 @@ TEST(Race, AStartOnAWallIsRefused) {
   EXPECT_THROW(Race(track, default_car(), driver, {.laps = 0}), std::invalid_argument);
 }
 
+TEST(Race, AStartBeyondAWallIsRefused) {
+  const Track track = annulus(5.0, 1.0);
+  FixedDriver driver({1.0, 0.0});
+  for (const double offset : {10.0, 4.0, -3.0, -9.0}) {
+    try {
+      const Race race(track, default_car(), driver, {.start_offset = offset});
+      FAIL() << offset;
+    } catch (const std::invalid_argument& error) {
+      EXPECT_NE(std::string(error.what()).find("beyond a wall"), std::string::npos) << error.what();
+    }
+  }
+  for (const double offset : {-0.5, 0.0, 0.5})
+    EXPECT_NO_THROW(Race(track, default_car(), driver, {.start_offset = offset})) << offset;
+}
+
 TEST(Race, AStandingCarScansAsTheLidarDoes) {
   const Track track = wavy_track();
   FixedDriver driver({0.0, 0.0});

@@ -20,20 +20,15 @@ if TYPE_CHECKING:
     from firstlap.recordings.recording import Recording
 
 
-def held_against(
-    recording: Recording, setup: Setup, car: Car, map_path: Path, mask_body: bool, plot: Path | None
-) -> AgainstMap:
-    """Measures the setup's perception of `recording` against the map, with a bar; `plot`: the picture. InputError."""
+def held_against(recording: Recording, setup: Setup, car: Car, map_path: Path, mask_body: bool) -> AgainstMap:
+    """Measures the setup's perception of `recording` against the map, with a bar. Raises InputError."""
     from firstlap.perception.against_map import measure
 
     if setup.driver != LOCAL:
         raise InputError(f"--map: driver {setup.driver} has no centerline to hold against a map; only local has")
     with scans_bar() as bar:
         look = watched(bar, "measuring", len(recording))
-        found = measure(recording, setup, car, map_path, mask_body=mask_body, look=look)
-    if plot:
-        found.plot(plot)
-    return found
+        return measure(recording, setup, car, map_path, mask_body=mask_body, look=look)
 
 
 def print_against_map(found: dict[str, Any]) -> None:

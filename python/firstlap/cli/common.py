@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -17,7 +18,7 @@ from firstlap.car_file import Car, load_car, with_lidar
 from firstlap.cli.process import said_or_not
 from firstlap.drivers.registry import DRIVERS
 from firstlap.errors import InputError
-from firstlap.race import OPTION_FIELDS, option_name
+from firstlap.race import OPTION_FIELDS, option_name, under_conditions
 from firstlap.setup_file import Setup, choose_setup
 
 TrackArgument = Annotated[
@@ -75,8 +76,9 @@ def chosen_setup(setup: str | None, changes: list[str] | None, driver: str | Non
     return loaded.with_assignments(changes) if changes else loaded
 
 
-def chosen_options(assignments: list[str] | None) -> dict[str, float]:
-    """The conditions of --option; what has an option of its own is not among them. Raises InputError."""
+def chosen_options(assignments: list[str] | None, car: Car) -> dict[str, float]:
+    """The conditions of --option; what has an option of its own is not among them. Raises InputError, also where they
+    contradict each other or the car."""
     chosen: dict[str, float] = {}
     for text in assignments or []:
         field, value = OPTION_FIELDS.parse_assignment(text, "--option", "mu_scale=0.85")
@@ -84,6 +86,7 @@ def chosen_options(assignments: list[str] | None) -> dict[str, float]:
             instead = "use --laps" if field.name == "laps" else "every race keeps its path"
             raise InputError(f"--option {text[:60]}: {field.name} is not an option here; {instead}")
         chosen[option_name(field)] = value
+    under_conditions(car, chosen, "--option")
     return chosen
 
 
@@ -95,6 +98,23 @@ def chosen_car(car: str, lidar: str | None) -> Car:
 def described_options(options: Mapping[str, float]) -> str:
     """ ", NAME VALUE" each, for titles."""
     return "".join(f", {name} {value:g}" for name, value in options.items())
+
+
+def refuse(options: Mapping[str, object], where: str) -> None:
+    """Of options that were given (not None): they have no meaning there. Raises InputError."""
+    for name, value in options.items():
+        if value is not None:
+            raise InputError(f"{name}: has no meaning {where}")
+
+
+def draw(plot: Path | None, write: Callable[[Path], object], as_json: bool) -> None:
+    """Draws the picture of --plot, after the results are out: one that cannot be written takes nothing with it.
+    Raises InputError."""
+    if plot is None:
+        return
+    write(plot)
+    if not as_json:
+        console().print(escape(f"picture: {plot}"), soft_wrap=True)
 
 
 def print_json(data: dict[str, Any]) -> None:

@@ -22,6 +22,7 @@ from firstlap.cli.common import (
     chosen_options,
     console,
     described_options,
+    draw,
     fail,
     note,
     print_json,
@@ -66,9 +67,9 @@ def compare(
     from firstlap.compare_record import Store, default_folder
 
     latency_options(latency)
-    options = chosen_options(conditions)
-    _check_files(plot, report)
     loaded_car = chosen_car(car, lidar)
+    options = chosen_options(conditions, loaded_car)
+    _check_files(plot, report)
     entries = parse_entries(drivers, loaded_car)
     loaded = load_track(track)
     comparison = Comparison(
@@ -89,12 +90,13 @@ def compare(
         **comparison.to_dict(),
         "interrupted": interrupted,
     }
-    if not interrupted:
-        _write_files(comparison, plot, report, _command(locals()))
+    command = _command(locals())
     if as_json:
         print_json(found)
     else:
-        _print(found, comparison.track.notes, plot, report)
+        _print(found, comparison.track.notes)
+    if not interrupted:
+        _write_files(comparison, plot, report, command, as_json)
     driven = sum(row["runs"] for row in found["entries"])
     if interrupted:
         return fail(f"interrupted after {driven} of {comparison.races} races; the same command goes on there", 130)
@@ -138,22 +140,24 @@ def _watched(comparison: Any) -> bool:
     return False
 
 
-def _write_files(comparison: Any, plot: Path | None, report: Path | None, command: str) -> None:
+def _write_files(comparison: Any, plot: Path | None, report: Path | None, command: str, as_json: bool) -> None:
     if plot:
         from firstlap.compare_plot import plot_comparison
 
-        plot_comparison(comparison, plot)
+        draw(plot, lambda path: plot_comparison(comparison, path), as_json)
     if report:
         from firstlap.compare_report import write_report
 
         write_report(comparison, report, command)
+        if not as_json:
+            console().print(escape(f"report: {report}"), soft_wrap=True)
 
 
 def _command(given: dict[str, Any]) -> str:
     """The command line that repeats this."""
     words = ["firstlap", "compare", given["track"]]
     words += ["--drivers", ",".join(entry.label for entry in given["entries"])]
-    for name in ("laps", "seeds", "car", "latency", "plot", "report"):
+    for name in ("laps", "seeds", "car", "lidar", "latency", "plot", "report"):
         if given[name] is not None:
             words += [f"--{name}", str(given[name])]
     for assignment in given["conditions"] or ():
@@ -163,7 +167,7 @@ def _command(given: dict[str, Any]) -> str:
     return shlex.join(words)
 
 
-def _print(found: dict[str, Any], notes: list[str], plot: Path | None, report: Path | None) -> None:
+def _print(found: dict[str, Any], notes: list[str]) -> None:
     from firstlap.compare_report import HEADINGS, order_lines, table_rows
 
     for remark in notes:
@@ -186,6 +190,3 @@ def _print(found: dict[str, Any], notes: list[str], plot: Path | None, report: P
         out.print(escape(f"relative: median lap over that of {found['reference']}"))
     for line in order_lines(found):
         out.print(escape(line))
-    for name, path in (("picture", plot), ("report", report)):
-        if path:
-            out.print(escape(f"{name}: {path}"), soft_wrap=True)

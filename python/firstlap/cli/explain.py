@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 from rich.markup import escape
 
-from firstlap.cli.common import DriverOption, LidarOption, SetOption, chosen_car, chosen_setup, console, note
+from firstlap.cli.common import DriverOption, LidarOption, SetOption, chosen_car, chosen_setup, console, note, refuse
 from firstlap.cli.recording import (
     CarOfRecording,
     DriveTopic,
@@ -21,6 +21,7 @@ from firstlap.cli.recording import (
     ScanTopic,
     SetupOfRecording,
     SpeedOption,
+    given,
     read,
     setup_and_car,
     topics_of,
@@ -65,7 +66,9 @@ def explain(
 
     recording_file, index = _recording(what, at, scan, index)
     check_writable(plot, PICTURES)
+    topics = topics_of(scan_topic, odom_topic, imu_topic, drive_topic, pose_topic, speed, laser)
     if recording_file is None:
+        refuse(given(topics, keep_body), "with a track")
         moment = explain_race(
             load_track(str(what)),
             chosen_setup(setup, changes, driver),
@@ -77,7 +80,7 @@ def explain(
     else:
         if lidar is not None:
             raise InputError("--lidar: a recording has its own; --laser says where it sits")
-        topics = topics_of(scan_topic, odom_topic, imu_topic, drive_topic, pose_topic, speed, laser)
+        refuse({"--reverse": reverse or None}, "with a recording")
         recording = read(recording_file, topics)
         chosen, loaded_car, remarks = setup_and_car(recording, driver, setup, changes, car)
         moment = explain_recording(recording, chosen, loaded_car, index, mask_body=not keep_body)

@@ -9,7 +9,7 @@ import typer
 from rich.markup import escape
 from rich.progress import BarColumn, TextColumn
 
-from firstlap.cli.common import CarOption, JsonOption, console, note, print_json, progress_bar
+from firstlap.cli.common import CarOption, JsonOption, console, draw, note, print_json, progress_bar
 
 
 def line(
@@ -60,8 +60,6 @@ def line(
             lambda what, share: bar.update(task, description=f"least {what}", completed=share),
         )
     write_line(found, output)
-    if plot:
-        plot_line(found, loaded, plot)
     clearance = float(Corridor(loaded, loaded_car).clearance(found.path.poses).min())
     if as_json:
         print_json(
@@ -75,6 +73,7 @@ def line(
                 "notes": [*loaded.notes, *found.notes],
             }
         )
+        draw(plot, lambda path: plot_line(found, loaded, path), as_json)
         return 0
     for remark in [*loaded.notes, *found.notes]:
         note(remark)
@@ -85,6 +84,5 @@ def line(
         soft_wrap=True,
     )
     out.print(escape(f"line: {output}"), soft_wrap=True)
-    if plot:
-        out.print(escape(f"picture: {plot}"), soft_wrap=True)
+    draw(plot, lambda path: plot_line(found, loaded, path), as_json)
     return 0

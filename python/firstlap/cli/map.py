@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.markup import escape
@@ -18,14 +18,29 @@ from firstlap.cli.common import (
     chosen_car,
     chosen_setup,
     console,
+    draw,
     note,
     print_json,
     progress_bar,
+    refuse,
 )
-from firstlap.cli.recording import DriveTopic, ImuTopic, LaserOption, OdomTopic, ScanTopic, SpeedOption, read, topics_of
+from firstlap.cli.recording import (
+    DriveTopic,
+    ImuTopic,
+    LaserOption,
+    OdomTopic,
+    ScanTopic,
+    SpeedOption,
+    given,
+    read,
+    topics_of,
+)
 from firstlap.errors import InputError
 from firstlap.output import check_writable
 from firstlap.text import short_name
+
+if TYPE_CHECKING:
+    from firstlap.mapping.make import MapResult
 
 SourceArgument = Annotated[
     str, typer.Argument(metavar="TRACK|RECORDING", help="A track as of `race`, or a recording with odometry.")
@@ -55,7 +70,7 @@ def map_command(
 ) -> int:
     """Map a track from one slow lap, or a recording: match scans, close the loop, write an occupancy map."""
     from firstlap.mapping.contradictions import contradictions
-    from firstlap.mapping.make import MapResult, map_observations, map_track
+    from firstlap.mapping.make import map_observations, map_track
     from firstlap.mapping.occupancy_map import MAP_SUFFIXES, write_map
     from firstlap.mapping.parameters import map_settings
     from firstlap.mapping.recording import check_odometry, observations
@@ -69,12 +84,16 @@ def map_command(
 
         check_writable(plot, PICTURES)
     settings, the_car, chosen = map_settings(changes), chosen_car(car, lidar), chosen_setup(setup, None)
+    topics = topics_of(scan_topic, odom_topic, imu_topic, drive_topic, None, speed, laser)
     recording = None
     if is_recording(source):
         if check:
             raise InputError(f"{source}: --check needs a track, whose true walls are known; this is a recording")
-        recording = read(Path(source), topics_of(scan_topic, odom_topic, imu_topic, drive_topic, None, speed, laser))
+        refuse({"--lidar": lidar}, "with a recording")
+        recording = read(Path(source), topics)
         check_odometry(recording)
+    else:
+        refuse(given(topics), "with a track")
     with progress_bar() as bar:
         task = bar.add_task("mapping", total=1.0)
 
@@ -107,21 +126,25 @@ def map_command(
         found["error"] = error.to_dict()
     remarks = (*recording.remarks, *contradictions(recording, the_car)) if recording is not None else ()
     found["remarks"] = list(remarks)
-    if plot:
-        from firstlap.mapping.plot import plot_map
-
-        details = f"{found['travelled']:.1f} m driven   ·   {found['kept_scans']} scans   ·   {found['loops']} loops"
-        plot_map(result, plot, short_name(source), details)
     if as_json:
         print_json(found)
     else:
         for remark in remarks:
             note(remark)
-        _print(found, picture, plot)
+        _print(found, picture)
+    draw(plot, lambda path: _draw(result, path, source), as_json)
     return 0
 
 
-def _print(found: dict[str, Any], picture: Path, plot: Path | None) -> None:
+def _draw(result: MapResult, plot: Path, source: str) -> None:
+    from firstlap.mapping.plot import plot_map
+
+    found = result.to_dict()
+    details = f"{found['travelled']:.1f} m driven   ·   {found['kept_scans']} scans   ·   {found['loops']} loops"
+    plot_map(result, plot, short_name(source), details)
+
+
+def _print(found: dict[str, Any], picture: Path) -> None:
     table = Table(title=escape(f"map of {short_name(found['source'])}"), show_header=False)
     table.add_row("driven", f"{found['travelled']:.1f} m, loop closed at {found['loop_closed_at']:.1f} m")
     table.add_row("scans", f"{found['scans']}, {found['kept_scans']} kept")
@@ -136,5 +159,3 @@ def _print(found: dict[str, Any], picture: Path, plot: Path | None) -> None:
     out = console()
     out.print(table)
     out.print(escape(f"map: {found['map']} and {picture}"), soft_wrap=True)
-    if plot:
-        out.print(escape(f"picture: {plot}"), soft_wrap=True)

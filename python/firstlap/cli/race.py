@@ -28,6 +28,7 @@ from firstlap.cli.common import (
     chosen_setup,
     console,
     described_options,
+    draw,
     note,
     print_json,
     progress_bar,
@@ -74,8 +75,8 @@ def race(
     if true_pose:
         chosen = _with_true_pose(chosen)
     latency_options(latency)
-    conditions = chosen_options(options)
     loaded_car = chosen_car(car, lidar)
+    conditions = chosen_options(options, loaded_car)
     loaded = load_track(track)
 
     def drive(look: Callable[[_core.Race], object], preparing: Look) -> RaceResult:
@@ -94,12 +95,11 @@ def race(
         )
 
     result = _watched(drive, laps, loaded.length)
-    if plot:
-        result.plot(plot)
     if as_json:
         print_json(result.to_dict())
     else:
-        _print(result, plot, record)
+        _print(result, record)
+    draw(plot, result.plot, as_json)
     return 0 if result.finished else 1
 
 
@@ -135,7 +135,7 @@ def _show(bar: Progress, task: int, running: _core.Race, laps: int) -> None:
     )
 
 
-def _print(result: RaceResult, plot: Path | None, record: Path | None) -> None:
+def _print(result: RaceResult, record: Path | None) -> None:
     for remark in result.track.notes:
         note(remark)
     direction = ("" if result.direction == "forward" else ", reverse") + described_options(result.options)
@@ -160,7 +160,8 @@ def _print(result: RaceResult, plot: Path | None, record: Path | None) -> None:
         where = f"at {result.contact.time:.2f} s, {result.contact.s:.1f} m into the lap"
         out.print(f"[bold red]contact[/] {where} (x {result.contact.x:.2f}, y {result.contact.y:.2f})")
     elif not result.finished:
-        out.print(f"[bold red]{result.outcome.replace('_', ' ')}[/] after {result.time:.2f} s")
+        why = f": {escape(result.ending.said)}" if result.ending else ""
+        out.print(f"[bold red]{result.outcome.replace('_', ' ')}[/] after {result.time:.2f} s{why}", soft_wrap=True)
     before = result.preparation
     if before.seconds:
         kept = ", kept from before" if before.cached else ""
@@ -172,7 +173,5 @@ def _print(result: RaceResult, plot: Path | None, record: Path | None) -> None:
         out.print(f"a step took {compute['p50']:.0f} µs (p50), {compute['p99']:.0f} µs (p99)")
     if result.skipped_scans:
         out.print(f"late: {result.skipped_scans} scans came while the driver was busy and were skipped")
-    if plot:
-        out.print(escape(f"picture: {plot}"), soft_wrap=True)
     if record:
         out.print(escape(f"log: {record}"), soft_wrap=True)

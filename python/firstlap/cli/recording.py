@@ -71,6 +71,17 @@ def topics_of(
     return Topics(scan, odom, imu, drive, pose, speed, None if laser is None else parse_laser(laser))
 
 
+def given(topics: Topics, keep_body: bool = False) -> dict[str, object]:
+    """The options that say what is read of a recording, by name; None where one was not given."""
+    names = ("scan", "odom", "imu", "drive", "pose")
+    return {
+        **{f"--{name}-topic": getattr(topics, name) for name in names},
+        "--speed": topics.speed,
+        "--laser": topics.laser,
+        "--keep-body": keep_body or None,
+    }
+
+
 def watched(bar: Progress, description: str, scans: int) -> Callable[[int], object]:
     """A `look` that moves a bar of scans."""
     task = bar.add_task(description, total=scans)

@@ -13,7 +13,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from firstlap.cli.against_map import held_against, print_against_map
-from firstlap.cli.common import DriverOption, JsonOption, SetOption, console, note, print_json
+from firstlap.cli.common import DriverOption, JsonOption, SetOption, console, draw, note, print_json
 from firstlap.cli.recording import (
     CarOfRecording,
     DriveTopic,
@@ -89,19 +89,18 @@ def replay(
         look = watched(bar, "replaying", len(loaded) * (1 if other is None else 2))
         found = run_replay(loaded, chosen, loaded_car, against=other, mask_body=not keep_body, look=look, record=record)
     found = replace(found, reading=reading, remarks=(*remarks, *found.remarks))
-    on_map = held_against(loaded, chosen, loaded_car, map_path, not keep_body, plot) if map_path else None
-    if plot and not on_map:
-        found.plot(plot)
+    on_map = held_against(loaded, chosen, loaded_car, map_path, not keep_body) if map_path else None
     if as_json:
         print_json(found.to_dict() | ({"against_map": on_map.to_dict()} if on_map else {}))
     else:
-        _print(found.to_dict(), plot, record)
+        _print(found.to_dict(), record)
         if on_map:
             print_against_map(on_map.to_dict())
+    draw(plot, on_map.plot if on_map else found.plot, as_json)
     return 0
 
 
-def _print(found: dict[str, Any], plot: Path | None, record: Path | None) -> None:
+def _print(found: dict[str, Any], record: Path | None) -> None:
     for remark in found["remarks"]:
         note(remark)
     out = console()
@@ -129,8 +128,6 @@ def _print(found: dict[str, Any], plot: Path | None, record: Path | None) -> Non
     sources = ", ".join(f"{name.replace('_', ' ')} from {source}" for name, source in found["sources"].items())
     out.print(escape(sources), soft_wrap=True)
     out.print(f"{found['scans_per_second']:.0f} scans a second, reading included")
-    if plot:
-        out.print(escape(f"picture: {plot}"), soft_wrap=True)
     if record:
         out.print(escape(f"log: {record}"), soft_wrap=True)
 

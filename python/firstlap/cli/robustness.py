@@ -24,6 +24,7 @@ from firstlap.cli.common import (
     chosen_setup,
     console,
     described_options,
+    draw,
     fail,
     note,
     print_json,
@@ -62,7 +63,8 @@ def robustness(
 
         check_writable(plot, PICTURES)
     chosen = chosen_sweeps(sweeps)
-    races = Robustness(chosen_setup(setup, changes), chosen_car(car, lidar), laps, chosen_options(options))
+    the_car = chosen_car(car, lidar)
+    races = Robustness(chosen_setup(setup, changes), the_car, laps, chosen_options(options, the_car))
     loaded = {spec: load_track(spec) for spec in expand(tracks)}
     interrupted = False
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
@@ -90,20 +92,20 @@ def robustness(
         "beside": list(BESIDE),
         "interrupted": interrupted,
     }
-    if plot and found["sweeps"]:
-        from firstlap.robustness_plot import plot_robustness
-
-        plot_robustness(found, plot)
     if as_json:
         print_json(found)
     else:
-        _print(found, plot)
+        _print(found)
+    if found["sweeps"]:
+        from firstlap.robustness_plot import plot_robustness
+
+        draw(plot, lambda path: plot_robustness(found, path), as_json)
     if interrupted:
         return fail(f"interrupted after {len(races.drives)} races", 130)
     return 0 if touched == 0 else 1
 
 
-def _print(found: dict[str, Any], plot: Path | None) -> None:
+def _print(found: dict[str, Any]) -> None:
     out = console()
     conditions = described_options(found["options"])
     for sweep in found["sweeps"]:
@@ -124,8 +126,6 @@ def _print(found: dict[str, Any], plot: Path | None) -> None:
         out.print(table)
     for remark in found["notes"]:
         note(remark)
-    if plot:
-        out.print(escape(f"picture: {plot}"), soft_wrap=True)
 
 
 def _percent(rate: float | None) -> str:

@@ -52,7 +52,8 @@ def survey(
     as_json: JsonOption = False,
 ) -> int:
     """Race many tracks, directions and seeds on all cores: is a setup safe? Exits 0 when every race finished."""
-    races = Survey(chosen_setup(setup, changes, driver), chosen_car(car, lidar), laps, chosen_options(options))
+    the_car = chosen_car(car, lidar)
+    races = Survey(chosen_setup(setup, changes, driver), the_car, laps, chosen_options(options, the_car))
     specs = expand(tracks)
     interrupted = False
     bar_columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())

@@ -13,12 +13,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
 
-from firstlap.car_file import load_car
+from firstlap.car_file import Car
 from firstlap.cli.common import (
     CarOption,
     DriverOption,
     JsonOption,
+    LidarOption,
     TrackArgument,
+    chosen_car,
     fail,
     note,
     print_json,
@@ -72,6 +74,7 @@ def tune(
     ] = None,
     reverse: Annotated[bool, typer.Option("--reverse", help="Tune for the other way round.")] = False,
     car: CarOption = "default",
+    lidar: LidarOption = None,
     name: Annotated[
         str | None, typer.Option("--name", metavar="NAME", help="Name of the study; one that is there is resumed.")
     ] = None,
@@ -111,7 +114,7 @@ def tune(
     from firstlap.tuning.study import check_study_file, quiet_optuna
 
     if paper:
-        return _paper(track, car, seeds, out, as_json)
+        return _paper(track, chosen_car(car, lidar), seeds, out, as_json)
     quiet_optuna()
     limit = parse_budget(budget)
     judge = judge_values(judging)
@@ -122,7 +125,7 @@ def tune(
         driver=driver,
         start=start,
         others=others,
-        car=load_car(car),
+        car=chosen_car(car, lidar),
         judge=judge,
         seeds=seeds,
         seed=seed,
@@ -226,12 +229,12 @@ def _finish(tuned: Tuned, validation: Validation | None, folder: Path, study_fil
     return 0
 
 
-def _paper(track: str, car: str, seeds: int, out: Path | None, as_json: bool) -> int:
+def _paper(track: str, car: Car, seeds: int, out: Path | None, as_json: bool) -> int:
     from firstlap.tuning.paper import COUNT, drive_paper, paper_report, paper_summary
     from firstlap.tuning.pool import StoppedError
     from firstlap.tuning.written import write_text
 
-    loaded, loaded_car = load_track(track), load_car(car)
+    loaded = load_track(track)
     folder = _folder(out or Path("tuned") / f"paper-{Path(loaded.name).stem}")
     stop = threading.Event()
 
@@ -242,11 +245,11 @@ def _paper(track: str, car: str, seeds: int, out: Path | None, as_json: bool) ->
     with progress_bar(TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn()) as bar:
         task = bar.add_task("racing", total=COUNT * seeds)
         try:
-            driven = drive_paper(loaded, loaded_car, seeds, lambda: bar.advance(task), look)
+            driven = drive_paper(loaded, car, seeds, lambda: bar.advance(task), look)
         except KeyboardInterrupt:
             stop.set()
             raise
-    found = paper_summary(track, loaded, loaded_car, driven)
+    found = paper_summary(track, loaded, car, driven)
     page = folder / "report.html"
     write_text(page, paper_report(found, driven))
     if as_json:

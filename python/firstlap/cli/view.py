@@ -7,13 +7,21 @@ import os
 import socket
 import sys
 import threading
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from firstlap.cli.common import DriverOption, SetOption, SetupOption, chosen_setup, note
+from firstlap.cli.common import (
+    DriverOption,
+    LidarOption,
+    SetOption,
+    SetupOption,
+    chosen_car,
+    chosen_setup,
+    note,
+    refuse,
+)
 from firstlap.cli.recording import (
     DriveTopic,
     ImuTopic,
@@ -23,6 +31,7 @@ from firstlap.cli.recording import (
     PoseTopic,
     ScanTopic,
     SpeedOption,
+    given,
     read,
     setup_and_car,
     topics_of,
@@ -35,6 +44,7 @@ from firstlap.view.conditions import PACE_FIELDS, checked_pace
 from firstlap.yaml_text import read_text
 
 if TYPE_CHECKING:
+    from firstlap.car_file import Car
     from firstlap.view.app import MakePanel
     from firstlap.view.source import Source
 
@@ -62,6 +72,7 @@ def view(
     car: Annotated[
         str | None, typer.Option("--car", metavar="CAR", help="default, nuc2, gym or a YAML file; else a log's own.")
     ] = None,
+    lidar: LidarOption = None,
     seed: Annotated[int | None, typer.Option("--seed", min=0, help="A race: of everything random.")] = None,
     reverse: Annotated[bool, typer.Option("--reverse", help="A race: the other way round.")] = False,
     pace: Annotated[float | None, typer.Option("--pace", metavar="TIMES", help=f"Times real time: {PACES}.")] = None,
@@ -100,23 +111,23 @@ def view(
     from firstlap.mapping.contradictions import contradictions
 
     topics = topics_of(scan_topic, odom_topic, imu_topic, drive_topic, pose_topic, speed, laser)
-    of_race = {"--seed": seed, "--reverse": reverse or None}
-    of_recording = {**_given(topics), "--map": map_path, "--keep-body": keep_body or None}
+    of_race = {"--seed": seed, "--reverse": reverse or None, "--lidar": lidar}
+    of_recording = {**given(topics, keep_body), "--map": map_path}
     of_both = {"--driver": driver, "--setup": setup, "--set": changes, "--car": car, "--pace": pace}
     times = 1.0 if pace is None else checked_pace(pace)
     if ros:
-        _refuse({"the argument": what, **of_both, **of_race, **of_recording}, "with --ros")
+        refuse({"the argument": what, **of_both, **of_race, **of_recording}, "with --ros")
         source = _ros(ros_arguments(context, namespace or ""))
     elif namespace is not None:
         raise InputError("--namespace: has no meaning without --ros")
     elif what is None:
         raise InputError("expected a track, a recording, or --ros; for example `firstlap view arena`")
     elif is_track(what):
-        _refuse(of_recording, "with a track")
+        refuse(of_recording, "with a track")
         chosen = chosen_setup(setup, changes, driver)
-        source = _race(what, chosen, car or "default", 1 if seed is None else seed, reverse, times)
+        source = _race(what, chosen, chosen_car(car or "default", lidar), 1 if seed is None else seed, reverse, times)
     else:
-        _refuse(of_race, "with a recording")
+        refuse(of_race, "with a recording")
         loaded = read(Path(what), topics)
         chosen, loaded_car, remarks = setup_and_car(loaded, driver, setup, changes, car)
         source = _recording(loaded, chosen, loaded_car, map_path, not keep_body, times)
@@ -149,30 +160,13 @@ def _token(file: Path | None) -> str | None:
     return (text.splitlines() or [""])[0].strip()
 
 
-def _given(topics: Any) -> dict[str, object]:
-    """The options that say what is read of a recording."""
-    names = ("scan", "odom", "imu", "drive", "pose")
-    return {
-        **{f"--{name}-topic": getattr(topics, name) for name in names},
-        "--speed": topics.speed,
-        "--laser": topics.laser,
-    }
-
-
-def _refuse(options: Mapping[str, object], where: str) -> None:
-    for name, value in options.items():
-        if value is not None:
-            raise InputError(f"{name}: has no meaning {where}")
-
-
-def _race(track: str, setup: Any, car: str, seed: int, reverse: bool, pace: float) -> Source:
-    from firstlap.car_file import load_car
+def _race(track: str, setup: Any, car: Car, seed: int, reverse: bool, pace: float) -> Source:
     from firstlap.view.sim_source import SimSource
 
     loaded = load_track(track)
     for remark in loaded.notes:
         note(remark)
-    return SimSource(loaded.reversed() if reverse else loaded, setup, load_car(car), seed=seed, pace=pace)
+    return SimSource(loaded.reversed() if reverse else loaded, setup, car, seed=seed, pace=pace)
 
 
 def _recording(recording: Any, setup: Any, car: Any, map_path: Path | None, mask_body: bool, pace: float) -> Source:

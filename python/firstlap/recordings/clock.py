@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from firstlap.recordings.recording import LONGEST_PAUSE
 from firstlap.scan import sweep_time
+from firstlap.text import counted
 
 Floats = npt.NDArray[np.float64]
 Nanoseconds = npt.NDArray[np.int64]
@@ -88,7 +89,8 @@ def _gaps(times: Nanoseconds) -> list[str]:
     long = pauses[pauses > LONGEST_PAUSE]
     if not len(long):
         return []
-    return [f"{len(long)} gaps of more than {LONGEST_PAUSE:g} s, the longest {long.max():.1f} s: each is a new start"]
+    gaps = counted(len(long), "gap")
+    return [f"{gaps} of more than {LONGEST_PAUSE:g} s, the longest {long.max():.1f} s: each is a new start"]
 
 
 def periods(times: Nanoseconds, known: float | None = None, first: float | None = None) -> Floats:

@@ -15,6 +15,7 @@ from firstlap.errors import InputError
 from firstlap.frames import Frames, mount_of, placed
 from firstlap.recordings.recording import Recording
 from firstlap.scan import Mount, set_laser
+from firstlap.text import to_side
 
 OPTION = "--laser"
 EXPECTED = "X,Y,YAW[,ROLL]: meters ahead and left of base_link, degrees; ROLL 180 where it hangs upside down"
@@ -48,9 +49,10 @@ UNKNOWN = Mounting(None, "the car's parameters")
 
 def described(mount: Mount) -> str:
     """In words and degrees."""
-    aside = f" and {abs(mount.y):g} m {'left' if mount.y > 0.0 else 'right'}" if round(mount.y, 3) else ""
+    aside = f" and {to_side(mount.y, 'left', 'right')}" if round(mount.y, 3) else ""
     turned = f", turned by {math.degrees(mount.yaw):.0f}°" if abs(mount.yaw) > math.radians(0.5) else ""
-    return f"{mount.x:g} m ahead{aside} of base_link{turned}{', upside down' if mount.upside_down else ''}"
+    hung = ", upside down" if mount.upside_down else ""
+    return f"{to_side(mount.x, 'ahead', 'behind')}{aside} of base_link{turned}{hung}"
 
 
 def parse_laser(text: str) -> Mount:

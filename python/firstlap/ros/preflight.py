@@ -19,6 +19,7 @@ from firstlap.errors import InputError
 from firstlap.ros.periods import Bounds, Period, rate_reason, timeout_of
 from firstlap.ros.safety import Stamps
 from firstlap.scan import LASER, Judgement, Mount, Scan, returns
+from firstlap.text import to_side
 
 STANDS = 0.1
 """[m/s], [rad/s] of a car that stands."""
@@ -123,10 +124,8 @@ def check_mount(mount: Mount, base: str) -> Check:
             CAR_FIELDS.check(CAR_FIELDS.find(f"geometry.{name}", "laser"), value, "laser")
     except InputError as error:
         return Check("laser's place", False, str(error))
-    aside = (
-        f", {abs(mount.y):.2f} m {'left' if mount.y > 0.0 else 'right'} of its middle" if abs(mount.y) >= SEEN else ""
-    )
-    where = f"{mount.x:.2f} m ahead of {base}{aside}, turned by {math.degrees(mount.yaw):.0f}°"
+    aside = f", {to_side(mount.y, 'left', 'right', '.2f')} of its middle" if abs(mount.y) >= SEEN else ""
+    where = f"{to_side(mount.x, 'ahead', 'behind', '.2f')} of {base}{aside}, turned by {math.degrees(mount.yaw):.0f}°"
     return Check("laser's place", True, where + (", upside down" if mount.upside_down else ""))
 
 
