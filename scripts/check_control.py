@@ -14,15 +14,15 @@ from dataclasses import replace
 import numpy as np
 
 from firstlap import _core
-from firstlap.car_file import Car, load_car
-from firstlap.mpc.controller import Controller
-from firstlap.mpc.params import MPC_FIELDS, MpcParams
-from firstlap.mpc.pose_driver import PoseDriver, PoseErrors, worst_errors
-from firstlap.race import OPTION_FIELDS
-from firstlap.raceline.line import RaceLine, make_line
-from firstlap.raceline.params import LINE_FIELDS, LineParams
-from firstlap.simulate import core_track
-from firstlap.table import from_values
+from firstlap.config.car_file import Car, load_car
+from firstlap.config.table import from_values
+from firstlap.control.mpc.controller import Controller
+from firstlap.control.mpc.params import MPC_FIELDS, MpcParams
+from firstlap.control.mpc.pose_driver import PoseDriver, PoseErrors, worst_errors
+from firstlap.planning.raceline.line import RaceLine, make_line
+from firstlap.planning.raceline.params import LINE_FIELDS, LineParams
+from firstlap.sim.race import OPTION_FIELDS
+from firstlap.sim.simulate import core_track
 from firstlap.tracks.library import list_tracks, load_track
 from firstlap.tracks.track import Track
 

@@ -9,12 +9,12 @@ import argparse
 import sys
 import time
 
-from firstlap.car_file import load_car
-from firstlap.raceline.line import make_line
-from firstlap.raceline.params import LineParams, limits_of
-from firstlap.raceline.path import resampled
-from firstlap.raceline.reference import reference_line
-from firstlap.raceline.velocity import profile
+from firstlap.config.car_file import load_car
+from firstlap.planning.raceline.line import make_line
+from firstlap.planning.raceline.params import LineParams, limits_of
+from firstlap.planning.raceline.path import resampled
+from firstlap.planning.raceline.reference import reference_line
+from firstlap.planning.raceline.velocity import profile
 from firstlap.tracks.library import load_track
 
 TRACKS = ("arena", "slalom", "corners")

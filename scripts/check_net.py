@@ -15,13 +15,13 @@ from typing import Any
 
 import numpy as np
 
-from firstlap.car_file import Car, load_car
-from firstlap.drivers.registry import Preparation, driver_kind
-from firstlap.global_driver.guard import returns
+from firstlap.config.car_file import Car, load_car
+from firstlap.config.driver_kind import Preparation, driver_kind
+from firstlap.config.setup_file import Setup, choose_setup
+from firstlap.drivers.global_driver.guard import returns
+from firstlap.evaluation.robustness.cases import RUN_UP, Box, boxes, stopping_distance
 from firstlap.mapping.poses import between, transform
-from firstlap.race import race, start_race
-from firstlap.robustness import RUN_UP, Box, boxes, stopping_distance
-from firstlap.setup_file import Setup, choose_setup
+from firstlap.sim.race import race, start_race
 from firstlap.tracks.library import load_track
 from firstlap.tracks.track import Track
 
@@ -48,7 +48,7 @@ def let_down(driver: Any, mode: str, direction: float) -> None:
     if mode == "lost":
         driver._pose = lambda *_: None
     elif mode == "kidnap":
-        driver.localiser.core.displace(KIDNAP * np.cos(direction), KIDNAP * np.sin(direction), 0.0)
+        driver.localizer.core.displace(KIDNAP * np.cos(direction), KIDNAP * np.sin(direction), 0.0)
 
 
 def drive(track: Track, setup: Setup, car: Car, prepared: Preparation, mode: str, at: float, direction: float) -> Any:

@@ -19,31 +19,21 @@ from typing import Any
 
 import numpy as np
 
-from firstlap import __version__, _core
-from firstlap.car_file import Car, load_car
+from firstlap import __version__
 from firstlap.cli.survey import expand
-from firstlap.compare_record import default_folder, track_hash
-from firstlap.drivers.registry import driver_kind
-from firstlap.output import write_whole
-from firstlap.race import Lap, RaceResult, race
-from firstlap.setup_file import Setup, load_setup
-from firstlap.survey import TrackSummary
+from firstlap.common.cache import cache_folder, hash_of_code
+from firstlap.common.files import write_whole
+from firstlap.config.car_file import Car, load_car
+from firstlap.config.driver_kind import driver_kind
+from firstlap.config.setup_file import Setup, load_setup
+from firstlap.evaluation.survey import TrackSummary
+from firstlap.sim.race import Lap, RaceResult, race
 from firstlap.tracks.library import load_track
 from firstlap.tracks.track import Track
+from firstlap.tracks.track_hash import track_hash
 
-SOURCES = ("global_driver", "localisation", "mapping", "mpc", "raceline", "tracks", "drivers", "race.py", "simulate.py")
+SOURCES = ("control", "drivers", "localization", "mapping", "planning", "sim", "tracks", "config/driver_kind.py")
 """What of the package's Python a race depends on, besides the core."""
-
-
-def code_hash() -> str:
-    """Of the core and SOURCES."""
-    digest = hashlib.sha256(Path(_core.__file__).read_bytes())
-    root = Path(sys.modules["firstlap"].__file__ or "").parent
-    for name in SOURCES:
-        place = root / name
-        for file in sorted(place.rglob("*.py")) if place.is_dir() else [place]:
-            digest.update(file.read_bytes())
-    return digest.hexdigest()[:16]
 
 
 def key_of(track: Track, setup: Setup, car: Car, given: argparse.Namespace, seed: int) -> str:
@@ -118,10 +108,10 @@ def main() -> int:
     parser.add_argument("--both", action="store_true", help="both directions")
     parser.add_argument("--latency", default="measured")
     parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE")
-    parser.add_argument("--store", type=Path, default=default_folder().parent / "everywhere")
+    parser.add_argument("--store", type=Path, default=cache_folder("everywhere"))
     parser.add_argument("--stored", action="store_true", help="drive nothing: print what is in the store")
     given = parser.parse_args()
-    given.code = code_hash()
+    given.code = hash_of_code(SOURCES)
     given.store.mkdir(parents=True, exist_ok=True)
     setup, car = load_setup(given.setup), load_car(given.car)
     setup = setup.with_assignments(given.set) if given.set else setup

@@ -1,6 +1,6 @@
 """Prints the tables of docs/global-map.md: how true the maps are, and how well the filter follows a race on them.
 
-One slow lap maps each track; then the race setup is driven, and the localiser follows on that map: undisturbed, from
+One slow lap maps each track; then the race setup is driven, and the localizer follows on that map: undisturbed, from
 a start that is 2 m and 45 degrees wrong, and set down 0.5 m elsewhere every three seconds. Maps of other people are
 read from --maps.
 """
@@ -13,12 +13,12 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from firstlap.car_file import load_car
-from firstlap.localisation.measure import Disturbance, follow
-from firstlap.mapping.check import check_map, true_start
-from firstlap.mapping.make import map_track
+from firstlap.config.car_file import load_car
+from firstlap.config.setup_file import load_setup
+from firstlap.drivers.mapping_drive import map_track
+from firstlap.evaluation.localization import Disturbance, follow
+from firstlap.evaluation.map_accuracy import check_map, true_start
 from firstlap.mapping.occupancy_map import OccupancyMap
-from firstlap.setup_file import load_setup
 from firstlap.tracks.library import list_tracks, load_track
 from firstlap.tracks.track import Track
 
@@ -41,7 +41,7 @@ def map_row(track: Track) -> tuple[str, OccupancyMap]:
     cells = [
         track.name,
         f"{track.length:.1f}",
-        f"{result.mapper.travelled:.1f}",
+        f"{result.mapper.traveled:.1f}",
         f"{1000 * error.rms:.0f}",
         f"{1000 * error.rms_start:.0f}",
         f"{1000 * error.p95:.0f}",

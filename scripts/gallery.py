@@ -16,7 +16,7 @@ from firstlap.cli import run
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "gallery.md"
 WIDTH = 1120
-COLOURS = 160
+COLORS = 160
 
 
 def commands(page: str) -> list[list[str]]:
@@ -25,11 +25,11 @@ def commands(page: str) -> list[list[str]]:
 
 
 def shrink(picture: pathlib.Path) -> None:
-    """Half the pixels and few colours: such a picture needs no more."""
+    """Half the pixels and few colors: such a picture needs no more."""
     with Image.open(picture) as image:
         height = round(image.height * WIDTH / image.width)
         small = image.convert("RGB").resize((WIDTH, height), Image.Resampling.LANCZOS)
-    small.quantize(COLOURS, Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE).save(picture, optimize=True)
+    small.quantize(COLORS, Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE).save(picture, optimize=True)
 
 
 def main() -> int:

@@ -9,15 +9,15 @@ import tempfile
 from pathlib import Path
 
 from firstlap import _core
-from firstlap.car_file import CAR_FIELDS
+from firstlap.config.car_file import CAR_FIELDS
+from firstlap.config.parameters import Field, FieldTable
+from firstlap.control.mpc.params import MPC_FIELDS
 from firstlap.drivers import DRIVERS, DriverKind
-from firstlap.localisation.localiser import LOCALISER_FIELDS
+from firstlap.localization.localizer import LOCALIZER_FIELDS
 from firstlap.mapping.parameters import MAP_FIELDS
-from firstlap.mpc.params import MPC_FIELDS
-from firstlap.parameters import Field, FieldTable
-from firstlap.race import OPTION_FIELDS
-from firstlap.raceline.params import LINE_FIELDS
+from firstlap.planning.raceline.params import LINE_FIELDS
 from firstlap.ros.names import DRIVE, FAULTS, SIM, Entry
+from firstlap.sim.race import OPTION_FIELDS
 from firstlap.tuning.spread import JUDGE_FIELDS
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -95,7 +95,7 @@ def parameters() -> str:
                 "",
                 chapter("Mapping", "For `firstlap map --set NAME=VALUE`.", MAP_FIELDS),
                 "",
-                chapter("Localization", "For `firstlap localise --set NAME=VALUE`.", LOCALISER_FIELDS),
+                chapter("Localization", "For `firstlap localize --set NAME=VALUE`.", LOCALIZER_FIELDS),
                 "",
                 chapter("Tuning", "How `firstlap tune` evaluates candidates (`--judge NAME=VALUE`).", JUDGE_FIELDS),
                 "",

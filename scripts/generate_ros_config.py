@@ -10,7 +10,7 @@ from pathlib import Path
 
 import yaml
 
-from firstlap.setup_file import list_setups, load_setup
+from firstlap.config.setup_file import list_setups, load_setup
 
 FOLDER = Path(__file__).resolve().parents[1] / "ros" / "firstlap_ros" / "config"
 

@@ -10,7 +10,7 @@ import pathlib
 import sys
 from typing import Any
 
-from firstlap.car_file import Car, list_lidars, load_car, with_lidar
+from firstlap.config.car_file import Car, list_lidars, load_car, with_lidar
 
 HEAD = """# Hardware
 

@@ -21,6 +21,9 @@ step ruff
 ruff check python scripts
 ruff format --check --quiet python scripts
 
+step imports
+lint-imports
+
 step mypy
 mypy
 

@@ -10,10 +10,10 @@ import argparse
 import yaml
 
 from firstlap import _core
-from firstlap.car_file import Car
-from firstlap.compare import Entry, parse_entries
-from firstlap.race import race
-from firstlap.setup_file import Setup, load_setup
+from firstlap.config.car_file import Car
+from firstlap.config.setup_file import Setup, load_setup
+from firstlap.evaluation.compare.compare import Entry, parse_entries
+from firstlap.sim.race import race
 from firstlap.tracks.library import load_track
 from firstlap.tracks.track import Track
 

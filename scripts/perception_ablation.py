@@ -8,10 +8,10 @@ import pathlib
 import sys
 from typing import Any
 
-from firstlap.car_file import load_car
-from firstlap.perception import against_map, simulated
+from firstlap.config.car_file import load_car
+from firstlap.config.setup_file import load_setup
+from firstlap.evaluation.perception import against_map, simulated
 from firstlap.recordings import load_recording
-from firstlap.setup_file import load_setup
 from firstlap.tracks.library import load_track
 
 REAL = {"germany2022": None, "hangar12": 90.0}

@@ -8,7 +8,7 @@ import pathlib
 import sys
 from typing import Any
 
-METRICS = (pathlib.Path(__file__).parents[1] / "python/firstlap/perception/metrics.py").read_text()
+METRICS = (pathlib.Path(__file__).parents[1] / "python/firstlap/evaluation/perception/metrics.py").read_text()
 
 HEAD = """# Perception accuracy
 

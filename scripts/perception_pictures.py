@@ -12,13 +12,14 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from firstlap.car_file import load_car
-from firstlap.perception.metrics import to_world
-from firstlap.perception.truth import Truth
-from firstlap.plot import BAD, FAINT, INK, LEFT, RIGHT, new_figure, save
-from firstlap.race import start_race
-from firstlap.racer import Racer
-from firstlap.setup_file import load_setup
+from firstlap.config.car_file import load_car
+from firstlap.config.setup_file import load_setup
+from firstlap.drivers.racer import Racer
+from firstlap.evaluation.perception.metrics import to_world
+from firstlap.evaluation.perception.truth import Truth
+from firstlap.plots.colors import BAD, FAINT, INK, LEFT, RIGHT
+from firstlap.plots.primitives import new_figure, save
+from firstlap.sim.race import start_race
 from firstlap.tracks.library import load_track
 
 LINE = "#2e7d32"
@@ -74,12 +75,12 @@ def slalom(folder: pathlib.Path) -> None:
     sections, points = trace["sections"], trace["points"]
     for i, (first, last, fate) in enumerate(zip(sections["first"], sections["last"], sections["fate"], strict=True)):
         piece = points[first : last + 1]
-        colour = SECTIONS[i % len(SECTIONS)] if fate == 0 else "#9aa4af"
-        axes.scatter(piece[:, 0], piece[:, 1], s=10, color=colour, linewidths=0, zorder=3)
+        color = SECTIONS[i % len(SECTIONS)] if fate == 0 else "#9aa4af"
+        axes.scatter(piece[:, 0], piece[:, 1], s=10, color=color, linewidths=0, zorder=3)
         if fate == 0:
             side = "right" if i < trace["split"] else "left"
             axes.annotate(
-                f"{i} {side}", piece[len(piece) // 2], (0, 9), textcoords="offset points", fontsize=9, color=colour
+                f"{i} {side}", piece[len(piece) // 2], (0, 9), textcoords="offset points", fontsize=9, color=color
             )
     axes.plot(*trace["line"]["points"].T, color=LINE, linewidth=2.2, zorder=5)
     figure.text(0.02, 0.935, "slalom: sections of wall, their sides, and the line between them", fontsize=13, color=INK)
@@ -101,8 +102,8 @@ def width(folder: pathlib.Path) -> None:
     figure = new_figure(10.0, 5.2)
     axes = figure.add_axes((0.06, 0.45, 0.92, 0.46))
     scene(axes, trace, pose, truth, (-1.0, 7.0, -1.5, 1.5))
-    for side, colour in (("left", LEFT), ("right", RIGHT)):
-        axes.scatter(*trace[side]["points"].T, s=10, color=colour, linewidths=0, zorder=3)
+    for side, color in (("left", LEFT), ("right", RIGHT)):
+        axes.scatter(*trace[side]["points"].T, s=10, color=color, linewidths=0, zorder=3)
     line = trace["line"]
     axes.plot(*line["points"].T, color=LINE, linewidth=2.2, zorder=5)
     below = figure.add_axes((0.06, 0.1, 0.92, 0.27), sharex=axes)
@@ -132,8 +133,8 @@ def middle(folder: pathlib.Path) -> None:
     both = np.vstack([left, right, trace["line"]["points"]])
     low, high = both.min(axis=0) - 0.6, both.max(axis=0) + 0.6
     scene(axes, trace, pose, truth, (low[0], high[0], low[1], high[1]))
-    for points, colour in ((left, LEFT), (right, RIGHT)):
-        axes.scatter(*points.T, s=12, color=colour, linewidths=0, zorder=3)
+    for points, color in ((left, LEFT), (right, RIGHT)):
+        axes.scatter(*points.T, s=12, color=color, linewidths=0, zorder=3)
     axes.plot(*mean.T, color=BAD, linewidth=1.8, linestyle=(0, (3, 2)), zorder=4)
     axes.plot(*trace["line"]["points"].T, color=LINE, linewidth=2.4, zorder=5)
     figure.text(0.02, 0.945, "hairpins: the mean of both sides is not the centerline", fontsize=13, color=INK)

@@ -10,7 +10,7 @@ import pathlib
 import sys
 from typing import Any
 
-from firstlap.robustness import BY_NAME
+from firstlap.evaluation.robustness.cases import BY_NAME
 
 HEAD = """# Robustness
 
@@ -45,8 +45,8 @@ WHAT = """## Disturbances
   at {places} places of a lap. It appears when the distance to the car is this multiple of the car's shortest stopping
   distance: two scans to detect it, full braking with the grip that the bend leaves, the settling of the speed loop,
   and 5 cm, all for the *simulated car*, not from the driver's own parameters (`stopping_distance` in
-  `python/firstlap/robustness.py`). The car must pass or stop. A car that was already closer counts as impossible and
-  is excluded from all rates: it could not have stopped, although it may have swerved.
+  `python/firstlap/evaluation/robustness/cases.py`). The car must pass or stop. A car that was already closer counts as
+  impossible and is excluded from all rates: it could not have stopped, although it may have swerved.
 
 A race is contact-free if neither wall nor box was touched. Laps are median laps relative to those at the first value.
 

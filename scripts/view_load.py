@@ -22,12 +22,12 @@ from typing import Any
 
 import numpy as np
 
-from firstlap.car_file import load_car
 from firstlap.cli.view import panels_of
-from firstlap.setup_file import load_setup
+from firstlap.config.car_file import load_car
+from firstlap.config.setup_file import load_setup
+from firstlap.pitwall.app import App, serve
+from firstlap.pitwall.sim_source import SimSource
 from firstlap.tracks.library import load_track
-from firstlap.view.app import App, serve
-from firstlap.view.sim_source import SimSource
 
 KINDS = ("clients", "sleepers", "browsers")
 CHROMIUM = "/usr/bin/chromium"

@@ -135,7 +135,7 @@ void bind_replay(nb::module_& m) {
         nb::arg("states"), nb::arg("dts"),
         "Steps through N scans that stand end to end in `ranges`. headers (N, 5): angle_min, angle_increment, "
         "time_increment, range_min, range_max; states (N, 3): speed, yaw_rate, steering_angle. Returns columns, see "
-        "firstlap.step_log.");
+        "firstlap.recordings.step_log.");
   nb::class_<LoggedDriver, Driver>(m, "LoggedDriver", "A driver that keeps what it was given and what it made of it.")
       .def(nb::init<Driver&>(), nb::arg("driver"), nb::keep_alive<1, 2>())
       .def(

@@ -536,7 +536,7 @@ def bench(track: Track, car: Car, params: Params, scans: int = 4000) -> dict:
 
 def replay(driver: Driver, ranges: Annotated[NDArray[numpy.float32], dict(shape=(None,), order='C', device='cpu', writable=False)], sizes: Annotated[NDArray[numpy.int64], dict(shape=(None,), order='C', device='cpu', writable=False)], headers: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], states: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], dts: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> dict:
     """
-    Steps through N scans that stand end to end in `ranges`. headers (N, 5): angle_min, angle_increment, time_increment, range_min, range_max; states (N, 3): speed, yaw_rate, steering_angle. Returns columns, see firstlap.step_log.
+    Steps through N scans that stand end to end in `ranges`. headers (N, 5): angle_min, angle_increment, time_increment, range_min, range_max; states (N, 3): speed, yaw_rate, steering_angle. Returns columns, see firstlap.recordings.step_log.
     """
 
 class LoggedDriver(Driver):

@@ -1,7 +1,6 @@
 """The command `firstlap` from its first moment on: Ctrl-C is quiet while the rest is still being imported.
 
-A package of its own, because importing anything from `firstlap` imports all of its interface; it imports next to
-nothing itself, because until then Ctrl-C is answered by the interpreter.
+It imports next to nothing, because until its handler stands Ctrl-C is answered by the interpreter.
 """
 
 from __future__ import annotations
@@ -10,18 +9,7 @@ import os
 import signal
 import sys
 
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from types import FrameType
-    from typing import NoReturn
-
-
-def leave(_number: int, _frame: FrameType | None) -> NoReturn:
-    """A signal handler: one line, exit code 130, and nothing more is run."""
-    try:
-        os.write(2, b"error: interrupted\n")
-    finally:
-        os._exit(130)
+from firstlap.common.interrupt import leave
 
 
 def open_standard_streams() -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 import atheris
 
 with atheris.instrument_imports(include=["firstlap", "yaml"]):
-    from firstlap.errors import InputError
+    from firstlap.common.errors import InputError
     from firstlap.tracks.library import load_track
     from firstlap.tracks.map_header import parse_ros_map_yaml
 

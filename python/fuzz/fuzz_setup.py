@@ -5,9 +5,9 @@ import sys
 import atheris
 
 with atheris.instrument_imports(include=["firstlap", "yaml"]):
-    from firstlap.car_file import parse_car
-    from firstlap.errors import InputError
-    from firstlap.setup_file import parse_setup
+    from firstlap.common.errors import InputError
+    from firstlap.config.car_file import parse_car
+    from firstlap.config.setup_file import parse_setup
 
 
 def one_input(data: bytes) -> None:

@@ -8,14 +8,14 @@ from collections.abc import Mapping
 import numpy as np
 
 from firstlap import _core
-from firstlap.car_file import Car, load_car
-from firstlap.driving import Driving
-from firstlap.parameters import Value
-from firstlap.racer import step_core
-from firstlap.setup_file import Setup, choose_setup
-from firstlap.simulate import core_track
+from firstlap.config.car_file import Car, load_car
+from firstlap.config.parameters import Value
+from firstlap.config.setup_file import Setup, choose_setup
+from firstlap.drivers.driving import Driving
+from firstlap.drivers.racer import step_core
+from firstlap.pitwall.frame import DrivenLap, Frame, Scenery
+from firstlap.sim.simulate import core_track
 from firstlap.tracks.track import Track
-from firstlap.view.frame import DrivenLap, Frame, Scenery
 
 
 def scenery_of(track: Track) -> Scenery:

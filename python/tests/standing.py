@@ -8,11 +8,11 @@ from collections.abc import Mapping
 import numpy as np
 
 from firstlap import _core
-from firstlap.car_file import Car, load_car
-from firstlap.driving import Driving
-from firstlap.parameters import FieldTable, Value
-from firstlap.setup_file import Setup, load_setup
-from firstlap.view.frame import Frame, Pose, Scenery
+from firstlap.config.car_file import Car, load_car
+from firstlap.config.parameters import FieldTable, Value
+from firstlap.config.setup_file import Setup, load_setup
+from firstlap.drivers.driving import Driving
+from firstlap.pitwall.frame import Frame, Pose, Scenery
 
 
 class Standing:

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import ast
 import math
+import subprocess
+import sys
 import threading
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -144,3 +148,21 @@ def test_the_core_refuses_what_is_not_in_the_table():
         params.set("stanley", "k_ang", 99.0)
     with pytest.raises(ValueError, match="k_ang"):
         params.set("stanley", "k_ang", math.nan)
+
+
+def test_every_public_name_is_imported_when_it_is_asked_for():
+    tree = ast.parse(Path(firstlap.__file__).read_text(encoding="utf-8"))
+    typed = {
+        name.name for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module for name in node.names
+    }
+    assert typed - {"annotations", "import_module", "Any"} == set(firstlap.__all__)
+    for name in firstlap.__all__:
+        assert getattr(firstlap, name) is not None
+        assert name in dir(firstlap)
+    with pytest.raises(AttributeError, match="no attribute 'lap'"):
+        firstlap.lap  # noqa: B018
+
+
+def test_importing_the_package_imports_none_of_its_parts():
+    code = "import sys, firstlap; print(sorted(name for name in sys.modules if name.startswith('firstlap.')))"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"

@@ -10,7 +10,6 @@ import sys
 
 import typer
 
-from firstlap import __version__
 from firstlap.cli import (
     bench,
     check,
@@ -32,7 +31,7 @@ from firstlap.cli import (
     view,
 )
 from firstlap.cli.common import fail
-from firstlap.cli.localise import localise
+from firstlap.cli.localize import localize
 from firstlap.cli.map import map_command
 from firstlap.cli.process import (
     Commands,
@@ -45,7 +44,8 @@ from firstlap.cli.process import (
     watch_process,
 )
 from firstlap.cli.ros_arguments import RosCommand
-from firstlap.errors import InputError
+from firstlap.common.errors import InputError
+from firstlap.common.version import __version__
 
 app = typer.Typer(
     cls=Commands,
@@ -67,7 +67,8 @@ app.command("check")(check.check)
 app.command("tracks")(tracks.tracks)
 app.command("line")(line.line)
 app.command("map")(map_command)
-app.command("localise")(localise)
+app.command("localize")(localize)
+app.command("localise", hidden=True)(localize)
 app.command("bench")(bench.bench)
 app.command("view", cls=RosCommand)(view.view)
 app.command("drive", cls=RosCommand)(drive.drive)

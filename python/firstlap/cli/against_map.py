@@ -8,21 +8,21 @@ from typing import TYPE_CHECKING, Any
 from rich.markup import escape
 from rich.table import Table
 
-from firstlap.car_file import Car
 from firstlap.cli.common import console
 from firstlap.cli.recording import scans_bar, watched
-from firstlap.errors import InputError
-from firstlap.setup_file import LOCAL, Setup
-from firstlap.text import UNKNOWN, counted, short_name
+from firstlap.common.errors import InputError
+from firstlap.common.text import UNKNOWN, counted, short_name
+from firstlap.config.car_file import Car
+from firstlap.config.setup_file import LOCAL, Setup
 
 if TYPE_CHECKING:
-    from firstlap.perception.against_map import AgainstMap
+    from firstlap.evaluation.perception.against_map import AgainstMap
     from firstlap.recordings.recording import Recording
 
 
 def held_against(recording: Recording, setup: Setup, car: Car, map_path: Path, mask_body: bool) -> AgainstMap:
     """Measures the setup's perception of `recording` against the map, with a bar. Raises InputError."""
-    from firstlap.perception.against_map import measure
+    from firstlap.evaluation.perception.against_map import measure
 
     if setup.driver != LOCAL:
         raise InputError(f"--map: driver {setup.driver} has no centerline to hold against a map; only local has")

@@ -7,9 +7,6 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
-from firstlap import __version__
-from firstlap.bench import bench as run_bench
-from firstlap.car_file import load_car
 from firstlap.cli.common import (
     CarOption,
     JsonOption,
@@ -19,7 +16,10 @@ from firstlap.cli.common import (
     console,
     print_json,
 )
-from firstlap.text import short_name
+from firstlap.common.text import short_name
+from firstlap.common.version import __version__
+from firstlap.config.car_file import load_car
+from firstlap.evaluation.bench import bench as run_bench
 from firstlap.tracks.library import load_track
 
 ROWS = {

@@ -8,9 +8,9 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
-from firstlap.car_file import load_car
 from firstlap.cli.common import CarOption, JsonOption, SetOption, chosen_setup, console, print_json
-from firstlap.rules import check_rules
+from firstlap.config.car_file import load_car
+from firstlap.evaluation.rules import check_rules
 
 
 def check(

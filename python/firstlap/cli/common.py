@@ -14,12 +14,12 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, Progress, ProgressColumn, TextColumn, TimeRemainingColumn
 
-from firstlap.car_file import Car, load_car, with_lidar
 from firstlap.cli.process import said_or_not
-from firstlap.drivers.registry import DRIVERS
-from firstlap.errors import InputError
-from firstlap.race import OPTION_FIELDS, option_name, under_conditions
-from firstlap.setup_file import Setup, choose_setup
+from firstlap.common.errors import InputError
+from firstlap.config.car_file import Car, load_car, with_lidar
+from firstlap.config.driver_kind import DRIVERS
+from firstlap.config.setup_file import Setup, choose_setup
+from firstlap.sim.race import OPTION_FIELDS, option_name, under_conditions
 
 TrackArgument = Annotated[
     str,

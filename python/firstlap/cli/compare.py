@@ -11,7 +11,6 @@ from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from firstlap import __version__
 from firstlap.cli.common import (
     CarOption,
     ConditionOption,
@@ -28,9 +27,10 @@ from firstlap.cli.common import (
     print_json,
     progress_bar,
 )
-from firstlap.output import check_writable
-from firstlap.race import latency_options
-from firstlap.text import counted, short_name
+from firstlap.common.files import check_writable
+from firstlap.common.text import counted, short_name
+from firstlap.common.version import __version__
+from firstlap.sim.race import latency_options
 from firstlap.tracks.library import load_track
 
 
@@ -63,8 +63,9 @@ def compare(
     as_json: JsonOption = False,
 ) -> int:
     """Race drivers against each other: lap times, success, clearance, compute. Exits 0 when every race finished."""
-    from firstlap.compare import Comparison, parse_entries
-    from firstlap.compare_record import Store, default_folder
+    from firstlap.common.cache import cache_folder
+    from firstlap.evaluation.compare.compare import Comparison, parse_entries
+    from firstlap.evaluation.compare.record import Store
 
     latency_options(latency)
     loaded_car = chosen_car(car, lidar)
@@ -79,7 +80,7 @@ def compare(
         laps=laps,
         seeds=seeds,
         latency=latency,
-        store=Store(store or default_folder()),
+        store=Store(store or cache_folder("compare")),
         options=options,
         jobs=jobs,
     )
@@ -105,8 +106,8 @@ def compare(
 
 def _check_files(plot: Path | None, report: Path | None) -> None:
     """Before the work is done."""
-    from firstlap.compare_report import REPORTS
-    from firstlap.plot import PICTURES
+    from firstlap.evaluation.compare.report import REPORTS
+    from firstlap.plots.primitives import PICTURES
 
     if plot:
         check_writable(plot, PICTURES)
@@ -142,11 +143,11 @@ def _watched(comparison: Any) -> bool:
 
 def _write_files(comparison: Any, plot: Path | None, report: Path | None, command: str, as_json: bool) -> None:
     if plot:
-        from firstlap.compare_plot import plot_comparison
+        from firstlap.evaluation.compare.plot import plot_comparison
 
         draw(plot, lambda path: plot_comparison(comparison, path), as_json)
     if report:
-        from firstlap.compare_report import write_report
+        from firstlap.evaluation.compare.report import write_report
 
         write_report(comparison, report, command)
         if not as_json:
@@ -168,7 +169,7 @@ def _command(given: dict[str, Any]) -> str:
 
 
 def _print(found: dict[str, Any], notes: list[str]) -> None:
-    from firstlap.compare_report import HEADINGS, order_lines, table_rows
+    from firstlap.evaluation.compare.report import HEADINGS, order_lines, table_rows
 
     for remark in notes:
         note(remark)

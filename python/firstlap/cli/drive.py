@@ -30,7 +30,7 @@ def drive(
     require_ros()
     given = chosen_setup(setup, changes, driver)
 
-    from firstlap.driving import Driving
+    from firstlap.drivers.driving import Driving
     from firstlap.ros.drive_node import DriveNode
     from firstlap.ros.process import ros, run_drive
 

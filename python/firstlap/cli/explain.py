@@ -26,9 +26,9 @@ from firstlap.cli.recording import (
     setup_and_car,
     topics_of,
 )
-from firstlap.errors import InputError
-from firstlap.explain import Moment
-from firstlap.output import check_writable
+from firstlap.common.errors import InputError
+from firstlap.common.files import check_writable
+from firstlap.explain.snapshot import StepSnapshot
 from firstlap.tracks.library import load_track
 
 
@@ -60,16 +60,16 @@ def explain(
     plot: Annotated[Path, typer.Option("--plot", metavar="FILE", help="Where the picture goes.")] = Path("explain.png"),
 ) -> int:
     """Draw one step of a driver: what it saw, what it made of it, and why it steers as it does."""
-    from firstlap.explain import explain_race, explain_recording
-    from firstlap.explain_plot import plot_moment
-    from firstlap.plot import PICTURES
+    from firstlap.explain.local import plot_snapshot
+    from firstlap.explain.snapshot import explain_race, explain_recording
+    from firstlap.plots.primitives import PICTURES
 
     recording_file, index = _recording(what, at, scan, index)
     check_writable(plot, PICTURES)
     topics = topics_of(scan_topic, odom_topic, imu_topic, drive_topic, pose_topic, speed, laser)
     if recording_file is None:
         refuse(given(topics, keep_body), "with a track")
-        moment = explain_race(
+        snapshot = explain_race(
             load_track(str(what)),
             chosen_setup(setup, changes, driver),
             chosen_car(car or "default", lidar),
@@ -83,11 +83,11 @@ def explain(
         refuse({"--reverse": reverse or None}, "with a recording")
         recording = read(recording_file, topics)
         chosen, loaded_car, remarks = setup_and_car(recording, driver, setup, changes, car)
-        moment = explain_recording(recording, chosen, loaded_car, index, mask_body=not keep_body)
+        snapshot = explain_recording(recording, chosen, loaded_car, index, mask_body=not keep_body)
         for remark in remarks:
             note(remark)
-    plot_moment(moment, plot)
-    _print(moment, plot)
+    plot_snapshot(snapshot, plot)
+    _print(snapshot, plot)
     return 0
 
 
@@ -101,10 +101,10 @@ def _recording(what: str | None, at: float | None, scan: str | None, index: int)
     return (Path(str(what)), int(scan)) if number else (Path(scan), index)
 
 
-def _print(moment: Moment, plot: Path) -> None:
-    for remark in moment.remarks:
+def _print(snapshot: StepSnapshot, plot: Path) -> None:
+    for remark in snapshot.remarks:
         note(remark)
     out = console()
-    if moment.outcome:
-        out.print(f"[yellow]the race ended before that: {moment.outcome}; this is its last step[/]")
+    if snapshot.outcome:
+        out.print(f"[yellow]the race ended before that: {snapshot.outcome}; this is its last step[/]")
     out.print(escape(f"picture: {plot}"), soft_wrap=True)

@@ -30,15 +30,15 @@ def line(
     as_json: JsonOption = False,
 ) -> int:
     """Compute the fastest line between the walls for a car, with its speeds."""
-    from firstlap.car_file import load_car
-    from firstlap.output import check_writable
-    from firstlap.plot import PICTURES
-    from firstlap.raceline.corridor import Corridor
-    from firstlap.raceline.line import make_line
-    from firstlap.raceline.line_file import SUFFIXES, write_line
-    from firstlap.raceline.params import LINE_FIELDS, LineParams
-    from firstlap.raceline.plot import plot_line
-    from firstlap.table import check_values, from_values
+    from firstlap.common.files import check_writable
+    from firstlap.config.car_file import load_car
+    from firstlap.config.table import check_values, from_values
+    from firstlap.planning.raceline.corridor import Corridor
+    from firstlap.planning.raceline.line import make_line
+    from firstlap.planning.raceline.line_file import SUFFIXES, write_line
+    from firstlap.planning.raceline.params import LINE_FIELDS, LineParams
+    from firstlap.planning.raceline.plot import plot_line
+    from firstlap.plots.primitives import PICTURES
     from firstlap.tracks.library import load_track
 
     check_writable(output, SUFFIXES)

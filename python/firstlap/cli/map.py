@@ -9,7 +9,6 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from firstlap import __version__
 from firstlap.cli.common import (
     CarOption,
     JsonOption,
@@ -35,9 +34,10 @@ from firstlap.cli.recording import (
     read,
     topics_of,
 )
-from firstlap.errors import InputError
-from firstlap.output import check_writable
-from firstlap.text import short_name
+from firstlap.common.errors import InputError
+from firstlap.common.files import check_writable
+from firstlap.common.text import short_name
+from firstlap.common.version import __version__
 
 if TYPE_CHECKING:
     from firstlap.mapping.make import MapResult
@@ -69,8 +69,9 @@ def map_command(
     as_json: JsonOption = False,
 ) -> int:
     """Map a track from one slow lap, or a recording: match scans, close the loop, write an occupancy map."""
+    from firstlap.drivers.mapping_drive import map_track
     from firstlap.mapping.contradictions import contradictions
-    from firstlap.mapping.make import map_observations, map_track
+    from firstlap.mapping.make import map_observations
     from firstlap.mapping.occupancy_map import MAP_SUFFIXES, write_map
     from firstlap.mapping.parameters import map_settings
     from firstlap.mapping.recording import check_odometry, observations
@@ -80,7 +81,7 @@ def map_command(
     check_writable(output, MAP_SUFFIXES)
     check_writable(output.with_suffix(".pgm"), (".pgm",))
     if plot:
-        from firstlap.plot import PICTURES
+        from firstlap.plots.primitives import PICTURES
 
         check_writable(plot, PICTURES)
     settings, the_car, chosen = map_settings(changes), chosen_car(car, lidar), chosen_setup(setup, None)
@@ -117,7 +118,7 @@ def map_command(
             track = load_track(source)
             result = map_track(track, chosen, the_car, seed=seed, settings=settings, look=look)
             if check:
-                from firstlap.mapping.check import check_map, true_start
+                from firstlap.evaluation.map_accuracy import check_map, true_start
 
                 error = check_map(result.map, track, true_start(track, the_car))
         picture = write_map(result.map, output)

@@ -9,7 +9,6 @@ from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from firstlap import __version__
 from firstlap.cli.common import (
     CarOption,
     JsonOption,
@@ -24,8 +23,9 @@ from firstlap.cli.common import (
     progress_bar,
 )
 from firstlap.cli.survey import expand
-from firstlap.survey import Run
-from firstlap.text import short_name
+from firstlap.common.text import short_name
+from firstlap.common.version import __version__
+from firstlap.evaluation.survey import Run
 from firstlap.tracks.library import load_track
 
 
@@ -47,7 +47,7 @@ def perception(
 
     The metrics are those of docs/perception.md. Exits 0 when every race finished.
     """
-    from firstlap.perception.survey import survey_perception
+    from firstlap.evaluation.perception.survey import survey_perception
 
     chosen, the_car = chosen_setup(setup, changes), chosen_car(car, lidar)
     rows: list[dict[str, Any]] = []

@@ -15,7 +15,7 @@ from typing import Any, NoReturn
 
 import typer.core
 
-from firstlap_command import leave
+from firstlap.common.interrupt import leave
 
 PLAIN = {"µ": "u", "μ": "mu", "°": "deg", "×": "x", "–": "-", "—": "-", "−": "-", "→": "->", "±": "+-", "·": "."}
 

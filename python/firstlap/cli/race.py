@@ -33,13 +33,13 @@ from firstlap.cli.common import (
     print_json,
     progress_bar,
 )
-from firstlap.drivers.registry import Look
-from firstlap.errors import InputError
-from firstlap.output import LOGS, check_writable
-from firstlap.race import RaceResult, latency_options
-from firstlap.race import race as run_race
-from firstlap.setup_file import Setup
-from firstlap.text import short_name
+from firstlap.common.errors import InputError
+from firstlap.common.files import LOGS, check_writable
+from firstlap.common.text import short_name
+from firstlap.config.driver_kind import ProgressCallback
+from firstlap.config.setup_file import Setup
+from firstlap.sim.race import RaceResult, latency_options
+from firstlap.sim.race import race as run_race
 from firstlap.tracks.library import load_track
 
 
@@ -66,7 +66,7 @@ def race(
 ) -> int:
     """Race one track: laps, lap times, and a picture. Exits 0 when finished, 1 when not."""
     if plot:
-        from firstlap.plot import PICTURES
+        from firstlap.plots.primitives import PICTURES
 
         check_writable(plot, PICTURES)
     if record:
@@ -79,7 +79,7 @@ def race(
     conditions = chosen_options(options, loaded_car)
     loaded = load_track(track)
 
-    def drive(look: Callable[[_core.Race], object], preparing: Look) -> RaceResult:
+    def drive(look: Callable[[_core.Race], object], preparing: ProgressCallback) -> RaceResult:
         return run_race(
             loaded,
             chosen,
@@ -110,7 +110,7 @@ def _with_true_pose(setup: Setup) -> Setup:
 
 
 def _watched(
-    drive: Callable[[Callable[[_core.Race], object], Look], RaceResult], laps: int, length: float
+    drive: Callable[[Callable[[_core.Race], object], ProgressCallback], RaceResult], laps: int, length: float
 ) -> RaceResult:
     columns = (TextColumn("{task.description}"), BarColumn(50), TextColumn("{task.fields[speed]:.1f} m/s"))
     with progress_bar(*columns) as bar:

@@ -9,12 +9,12 @@ from typing import Annotated, Any
 import typer
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
-from firstlap.car_file import Car, load_car
 from firstlap.cli.common import SETUP_HELP, progress_bar
-from firstlap.errors import InputError
+from firstlap.common.errors import InputError
+from firstlap.config.car_file import Car, load_car
+from firstlap.config.setup_file import Setup, choose_setup
 from firstlap.recordings import Recording, Topics, load_recording
 from firstlap.recordings.laser import parse_laser
-from firstlap.setup_file import Setup, choose_setup
 
 ScanTopic = Annotated[str | None, typer.Option("--scan-topic", metavar="TOPIC", help="LaserScan, where there are two.")]
 OdomTopic = Annotated[str | None, typer.Option("--odom-topic", metavar="TOPIC", help="Odometry, or none.")]

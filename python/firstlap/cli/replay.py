@@ -31,9 +31,9 @@ from firstlap.cli.recording import (
     topics_of,
     watched,
 )
-from firstlap.output import LOGS, check_writable
-from firstlap.setup_file import LOCAL, choose_setup
-from firstlap.text import UNKNOWN, counted, short_name
+from firstlap.common.files import LOGS, check_writable
+from firstlap.common.text import UNKNOWN, counted, short_name
+from firstlap.config.setup_file import LOCAL, choose_setup
 
 
 def replay(
@@ -69,9 +69,9 @@ def replay(
     """Drive the planner through a recording: what would it have done with these scans?"""
     from dataclasses import replace
 
-    from firstlap.plot import PICTURES
+    from firstlap.evaluation.replay.replay import replay as run_replay
+    from firstlap.plots.primitives import PICTURES
     from firstlap.recordings.load import load_libraries
-    from firstlap.replay import replay as run_replay
 
     load_libraries()
 

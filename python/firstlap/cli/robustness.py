@@ -10,7 +10,6 @@ from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from firstlap import __version__
 from firstlap.cli.common import (
     CarOption,
     ConditionOption,
@@ -31,8 +30,9 @@ from firstlap.cli.common import (
     progress_bar,
 )
 from firstlap.cli.survey import expand
-from firstlap.output import check_writable
-from firstlap.robustness import BESIDE, SWEEPS, Drive, Robustness, chosen_sweeps
+from firstlap.common.files import check_writable
+from firstlap.common.version import __version__
+from firstlap.evaluation.robustness.cases import BESIDE, SWEEPS, Drive, Robustness, chosen_sweeps
 from firstlap.tracks.library import load_track
 
 
@@ -59,7 +59,7 @@ def robustness(
     """Race against lost beams, noise, joints, slow scans, latency, wrong speeds, lasers and servos, and sudden
     obstacles: what may go wrong? Exits 0 when nothing was touched, 1 when something was."""
     if plot:
-        from firstlap.plot import PICTURES
+        from firstlap.plots.primitives import PICTURES
 
         check_writable(plot, PICTURES)
     chosen = chosen_sweeps(sweeps)
@@ -97,7 +97,7 @@ def robustness(
     else:
         _print(found)
     if found["sweeps"]:
-        from firstlap.robustness_plot import plot_robustness
+        from firstlap.evaluation.robustness.plot import plot_robustness
 
         draw(plot, lambda path: plot_robustness(found, path), as_json)
     if interrupted:

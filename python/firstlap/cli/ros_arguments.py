@@ -7,7 +7,7 @@ import re
 import typer
 from typer.core import TyperCommand
 
-from firstlap.errors import InputError
+from firstlap.common.errors import InputError
 
 MARK = "--ros-args"
 NAMESPACE = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*", re.ASCII)

@@ -9,7 +9,6 @@ from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from firstlap import __version__
 from firstlap.cli.common import (
     CarOption,
     ConditionOption,
@@ -28,10 +27,11 @@ from firstlap.cli.common import (
     print_json,
     progress_bar,
 )
-from firstlap.errors import InputError
-from firstlap.race import RaceResult
-from firstlap.survey import Run, Survey
-from firstlap.text import counted, short_names
+from firstlap.common.errors import InputError
+from firstlap.common.text import counted, short_names
+from firstlap.common.version import __version__
+from firstlap.evaluation.survey import Run, Survey
+from firstlap.sim.race import RaceResult
 from firstlap.tracks.library import list_tracks, load_track
 
 

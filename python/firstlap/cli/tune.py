@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
 
-from firstlap.car_file import Car
 from firstlap.cli.common import (
     CarOption,
     DriverOption,
@@ -27,7 +26,8 @@ from firstlap.cli.common import (
     progress_bar,
 )
 from firstlap.cli.tune_shown import live_bar, print_paper, print_tuned
-from firstlap.errors import InputError
+from firstlap.common.errors import InputError
+from firstlap.config.car_file import Car
 from firstlap.tracks.library import list_tracks, load_track
 from firstlap.tracks.track import Track
 

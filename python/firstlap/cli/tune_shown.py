@@ -12,7 +12,7 @@ from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedCo
 from rich.table import Table
 
 from firstlap.cli.common import console, progress_bar
-from firstlap.text import counted, short_name
+from firstlap.common.text import counted, short_name
 
 if TYPE_CHECKING:
     from firstlap.tuning.search import Budget

@@ -37,16 +37,16 @@ from firstlap.cli.recording import (
     topics_of,
 )
 from firstlap.cli.ros_arguments import ros_arguments
-from firstlap.errors import InputError, missing_extra
+from firstlap.common.errors import InputError, missing_extra
+from firstlap.common.yaml_text import read_text
+from firstlap.pitwall.conditions import PACE_FIELDS, checked_pace
 from firstlap.recordings.paths import KINDS, is_recording
 from firstlap.tracks.library import TRACK_FILES, list_tracks, load_track
-from firstlap.view.conditions import PACE_FIELDS, checked_pace
-from firstlap.yaml_text import read_text
 
 if TYPE_CHECKING:
-    from firstlap.car_file import Car
-    from firstlap.view.app import MakePanel
-    from firstlap.view.source import Source
+    from firstlap.config.car_file import Car
+    from firstlap.pitwall.app import MakePanel
+    from firstlap.pitwall.source import Source
 
 PORT = 8080
 TRIED = 20
@@ -161,7 +161,7 @@ def _token(file: Path | None) -> str | None:
 
 
 def _race(track: str, setup: Any, car: Car, seed: int, reverse: bool, pace: float) -> Source:
-    from firstlap.view.sim_source import SimSource
+    from firstlap.pitwall.sim_source import SimSource
 
     loaded = load_track(track)
     for remark in loaded.notes:
@@ -170,7 +170,7 @@ def _race(track: str, setup: Any, car: Car, seed: int, reverse: bool, pace: floa
 
 
 def _recording(recording: Any, setup: Any, car: Any, map_path: Path | None, mask_body: bool, pace: float) -> Source:
-    from firstlap.view.recording_source import RecordingSource, track_under
+    from firstlap.pitwall.recording_source import RecordingSource, track_under
 
     track = None if map_path is None else track_under(recording, map_path)
     return RecordingSource(recording, setup, car, track=track, mask_body=mask_body, pace=pace)
@@ -180,7 +180,7 @@ def _ros(arguments: list[str]) -> Source:
     from firstlap.ros import require_ros
 
     require_ros()
-    from firstlap.view.ros_source import RosSource
+    from firstlap.pitwall.ros_source import RosSource
 
     source: Source = RosSource(arguments)
     return source
@@ -199,7 +199,7 @@ def choose_port(host: str, port: int | None) -> int:
 
 
 def _is_free(host: str, port: int) -> bool:
-    """Also where it cannot be known: then the gate says what is wrong."""
+    """Also where it cannot be known: then authentication says what is wrong."""
     try:
         with socket.create_server((host, port), family=socket.AF_INET6 if ":" in host else socket.AF_INET):
             return True
@@ -208,16 +208,16 @@ def _is_free(host: str, port: int) -> bool:
 
 
 def _serve(source: Source, host: str, port: int, token: str | None, open_browser: bool) -> int:
-    from firstlap.view.app import serve
-    from firstlap.view.gate import Gate
+    from firstlap.pitwall.app import serve
+    from firstlap.pitwall.authentication import Authentication
 
-    gate, app = Gate(token), None
+    authentication, app = Authentication(token), None
     try:
         source.start()
-        app = serve(source, host=host, port=port, gate=gate, panel=panels_of(source))
-        _say(gate)
+        app = serve(source, host=host, port=port, authentication=authentication, panel=panels_of(source))
+        _say(authentication)
         if open_browser and _has_display():
-            _open(gate.opening_url())
+            _open(authentication.opening_url())
         _wait()
     finally:
         if app is not None:
@@ -228,7 +228,7 @@ def _serve(source: Source, host: str, port: int, token: str | None, open_browser
 
 def panels_of(source: Source) -> MakePanel:
     """Controls for those who may control, and something to see for all others."""
-    from firstlap.view.panel import Panel, WatchPanel
+    from firstlap.pitwall.panel import Panel, WatchPanel
 
     def panel(client: Any, may_control: bool, on_map: Any) -> Any:
         return Panel(client, source, on_map=on_map) if may_control else WatchPanel(client, source)
@@ -236,12 +236,12 @@ def panels_of(source: Source) -> MakePanel:
     return panel
 
 
-def _say(gate: Any) -> None:
-    if gate.warning:
-        print(f"warning: {gate.warning}", file=sys.stderr)
-    print(gate.url, flush=True)
-    if gate.watch_url:
-        print(f"to watch only: {gate.watch_url}", flush=True)
+def _say(authentication: Any) -> None:
+    if authentication.warning:
+        print(f"warning: {authentication.warning}", file=sys.stderr)
+    print(authentication.url, flush=True)
+    if authentication.watch_url:
+        print(f"to watch only: {authentication.watch_url}", flush=True)
     note("Ctrl-C ends it")
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from firstlap.car_file import Car
+from firstlap.config.car_file import Car
 from firstlap.mapping.direction_of_recording import remarks_on_direction
 from firstlap.mapping.odometry_of_recording import remarks_of
 from firstlap.recordings import Recording

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from firstlap.car_file import Car
+from firstlap.config.car_file import Car
 from firstlap.estimation.odometry_check import ENOUGH_WAY, FEWEST_STEPS, GROSS, NOTABLE_ANGLE
 from firstlap.mapping.odometry_of_recording import pieces, steps_of
 from firstlap.recordings import Recording

@@ -1,4 +1,4 @@
-"""From a track or a recording to a map: drive or read, match, close the loop, draw."""
+"""From observations to a map: match, close the loop, draw."""
 
 from __future__ import annotations
 
@@ -8,36 +8,34 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from firstlap.car_file import Car
-from firstlap.errors import InputError
-from firstlap.mapping.drive import MappingDrive
+from firstlap.common.errors import InputError
+from firstlap.config.car_file import Car
 from firstlap.mapping.observation import Observation
 from firstlap.mapping.occupancy_map import OccupancyMap, draw_map
 from firstlap.mapping.parameters import MapSettings, map_settings
-from firstlap.mapping.pose_graph import load_gtsam, optimise
+from firstlap.mapping.pose_graph import load_gtsam, optimize
 from firstlap.mapping.slam import Mapper
-from firstlap.scan import laser_of
-from firstlap.setup_file import Setup, load_setup
-from firstlap.tracks.track import FloatArray, Track
+from firstlap.perception.scan import laser_of
+from firstlap.tracks.track import FloatArray
 
 SCANS_PER_LOOK = 40
 ROUNDS = 2  # a second, from better poses and with odometry's scale known
 
 
-class Look(Protocol):
-    """Told what is being done, how much of it is done, and of how much in all."""
+class MappingProgress(Protocol):
+    """TraceHeader what is being done, how much of it is done, and of how much in all."""
 
     def __call__(self, what: str, done: float, total: float) -> object: ...
 
 
-def _look_away(what: str, done: float, total: float) -> None:
+def no_progress(what: str, done: float, total: float) -> None:
     """For callers that do not watch."""
 
 
 @dataclass(frozen=True)
 class MapResult:
     """A map and how it came about. poses: (N, 3) of the kept scans, in the map's frame; before: before the loop
-    was closed. travelled: [m] by odometry."""
+    was closed. traveled: [m] by odometry."""
 
     map: OccupancyMap
     poses: FloatArray
@@ -51,7 +49,7 @@ class MapResult:
         rows, columns = self.map.cells.shape
         moved = np.hypot(*(self.poses - self.before)[:, :2].T)
         return {
-            "travelled": round(self.mapper.travelled, 3),
+            "travelled": round(self.mapper.traveled, 3),
             "loop_closed_at": self.mapper.closed_at,
             "scans": self.mapper.scans,
             "kept_scans": len(self.poses),
@@ -68,33 +66,6 @@ class MapResult:
         }
 
 
-def map_track(
-    track: Track,
-    setup: Setup | None = None,
-    car: Car | None = None,
-    *,
-    seed: int = 1,
-    settings: MapSettings | None = None,
-    look: Look = _look_away,
-) -> MapResult:
-    """Drives a slow lap in the simulator and maps it, from scans and noisy odometry. Raises InputError."""
-    from firstlap.car_file import load_car
-
-    load_gtsam()
-    settings, car = settings or map_settings(), car or load_car("default")
-    drive = MappingDrive(track, setup or load_setup("sure"), car, settings.get("drive.speed"), seed)
-    mapper = Mapper(settings, car.core)
-
-    def going(seen: Mapper) -> bool:
-        if seen.travelled > settings.get("drive.give_up"):
-            raise InputError(f"{track.name}: {_no_loop(seen)} (drive.give_up)")
-        if seen.scans % SCANS_PER_LOOK == 0:
-            look("mapping lap", seen.travelled, track.length + settings.get("drive.overlap"))
-        return not seen.closed or seen.overlap < settings.get("drive.overlap")
-
-    return finish(_run(mapper, drive, going), laser_of(car.core.values()["geometry"]), look)
-
-
 def map_observations(
     observations: Iterable[Observation],
     car: Car,
@@ -102,7 +73,7 @@ def map_observations(
     name: str,
     total: int,
     settings: MapSettings | None = None,
-    look: Look = _look_away,
+    look: MappingProgress = no_progress,
 ) -> MapResult:
     """Maps what was recorded. name: for messages; total: number of scans. Raises InputError."""
     load_gtsam()
@@ -113,13 +84,13 @@ def map_observations(
             look("matching", seen.scans, total)
         return True
 
-    _run(mapper, observations, going)
+    mapped(mapper, observations, going)
     if not mapper.closed:
-        raise InputError(f"{name}: {_no_loop(mapper)}")
+        raise InputError(f"{name}: {no_loop(mapper)}")
     return finish(mapper, laser_of(car.core.values()["geometry"]), look)
 
 
-def finish(mapper: Mapper, laser: tuple[float, float], look: Look = _look_away) -> MapResult:
+def finish(mapper: Mapper, laser: tuple[float, float], look: MappingProgress = no_progress) -> MapResult:
     """Pose graph and drawing, after the last scan. Raises InputError."""
     count = len(mapper.keyframes)
     before = np.array([keyframe.pose for keyframe in mapper.keyframes])
@@ -128,12 +99,13 @@ def finish(mapper: Mapper, laser: tuple[float, float], look: Look = _look_away) 
         look("closing the loop", turn, ROUNDS)
         edges = mapper.edges(poses)
         scale = mapper.odometry_scale(edges)
-        poses = optimise(mapper, edges, poses, scale)
+        poses = optimize(mapper, edges, poses, scale)
     drawn = draw_map(mapper.keyframes, poses, laser, mapper.settings, lambda number: look("drawing", number + 1, count))
     return MapResult(drawn, poses, before, mapper, len(edges), scale)
 
 
-def _run(mapper: Mapper, observations: Iterable[Observation], going: Callable[[Mapper], bool]) -> Mapper:
+def mapped(mapper: Mapper, observations: Iterable[Observation], going: Callable[[Mapper], bool]) -> Mapper:
+    """The mapper with the observations added, as long as `going` says so."""
     for seen in observations:
         mapper.add(seen)
         if not going(mapper):
@@ -141,7 +113,8 @@ def _run(mapper: Mapper, observations: Iterable[Observation], going: Callable[[M
     return mapper
 
 
-def _no_loop(mapper: Mapper) -> str:
+def no_loop(mapper: Mapper) -> str:
+    """Why there is no map, for people."""
     if not mapper.keyframes:
         return "no scans"
     end = mapper.keyframes[-1].pose
@@ -151,6 +124,6 @@ def _no_loop(mapper: Mapper) -> str:
             "scans of walls, dense enough to see their direction (beams less than about 4 degrees apart)"
         )
     return (
-        f"no loop closes in {mapper.travelled:.1f} m: the last scan lies {np.hypot(end[0], end[1]):.1f} m from the "
+        f"no loop closes in {mapper.traveled:.1f} m: the last scan lies {np.hypot(end[0], end[1]):.1f} m from the "
         "first; expected a drive that passes where it has been, in the same direction, for some metres"
     )

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from firstlap.scan import Scan
+from firstlap.perception.scan import Scan
 from firstlap.tracks.track import FloatArray
 
 

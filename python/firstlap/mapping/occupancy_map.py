@@ -10,15 +10,15 @@ import numpy as np
 import numpy.typing as npt
 
 from firstlap import _core
-from firstlap.errors import InputError
+from firstlap.common.errors import InputError
+from firstlap.common.files import check_writable, write_together
+from firstlap.common.yaml_text import read_text
 from firstlap.mapping.parameters import MapSettings
 from firstlap.mapping.poses import transform
 from firstlap.mapping.slam import Keyframe
-from firstlap.output import check_writable, write_together
 from firstlap.tracks.map_header import parse_ros_map_yaml
 from firstlap.tracks.map_image import UNKNOWN_GRAY, free_pixels, occupied_pixels, read_gray
 from firstlap.tracks.track import FloatArray
-from firstlap.yaml_text import read_text
 
 FREE, OCCUPIED, UNKNOWN = 0, 1, 2
 GRAY = np.array([254, 0, UNKNOWN_GRAY], dtype=np.uint8)
@@ -42,13 +42,13 @@ class OccupancyMap:
     source: str = ""
 
     def wall_points(self) -> FloatArray:
-        """(N, 2) centres of the occupied cells in the map's frame [m]."""
+        """(N, 2) centers of the occupied cells in the map's frame [m]."""
         rows, columns = np.nonzero(self.cells == OCCUPIED)
-        centres: FloatArray = (np.column_stack([columns, rows]).astype(np.float64) + 0.5) * self.resolution
-        return transform(np.array(self.origin), centres)
+        centers: FloatArray = (np.column_stack([columns, rows]).astype(np.float64) + 0.5) * self.resolution
+        return transform(np.array(self.origin), centers)
 
     def field(self) -> _core.LikelihoodField:
-        """Distances to its walls, for a localiser. Raises InputError for a map without walls."""
+        """Distances to its walls, for a localizer. Raises InputError for a map without walls."""
         occupied = np.ascontiguousarray(self.cells == OCCUPIED, dtype=np.uint8)
         try:
             return _core.LikelihoodField(occupied, self.resolution, self.origin)

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from firstlap.car_file import Car
+from firstlap.config.car_file import Car
 from firstlap.estimation.odometry_check import Contradiction, Odometry, Pair, Steps, judge
 from firstlap.mapping.scan_motion import ScanMotion, ScanStep, as_steps
 from firstlap.recordings import Recording

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from firstlap import _core
-from firstlap.errors import InputError
-from firstlap.parameters import FieldTable, Value
+from firstlap.common.errors import InputError
+from firstlap.config.parameters import FieldTable, Value
 
 MAP_FIELDS = FieldTable(_core.MapParams.fields())
 

@@ -9,7 +9,8 @@ from matplotlib.colors import ListedColormap
 
 from firstlap.mapping.make import MapResult
 from firstlap.mapping.occupancy_map import UNKNOWN
-from firstlap.plot import BAD, FAINT, INK, LEFT, PAPER, RIGHT, bare, new_figure, save
+from firstlap.plots.colors import BAD, FAINT, INK, LEFT, PAPER, RIGHT
+from firstlap.plots.primitives import bare, new_figure, save
 
 
 def plot_map(result: MapResult, path: str | Path, title: str, details: str) -> None:
@@ -25,9 +26,9 @@ def plot_map(result: MapResult, path: str | Path, title: str, details: str) -> N
     figure = new_figure(width, height)
     axes = figure.add_axes((0.03, 0.5 / height, 0.94, 1.0 - 1.3 / height))
     bare(axes)
-    colours = ListedColormap([PAPER, INK, "#d5dae0"])
+    colors = ListedColormap([PAPER, INK, "#d5dae0"])
     axes.imshow(
-        drawn.cells, cmap=colours, vmin=0, vmax=2, origin="lower", extent=extent, interpolation="nearest", zorder=0
+        drawn.cells, cmap=colors, vmin=0, vmax=2, origin="lower", extent=extent, interpolation="nearest", zorder=0
     )
     axes.plot(*result.before[:, :2].T, color=FAINT, linewidth=1.0, label="before the loop was closed", zorder=2)
     axes.plot(*result.poses[:, :2].T, color=LEFT, linewidth=1.4, label="the way driven", zorder=3)

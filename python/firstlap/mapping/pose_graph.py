@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from firstlap.errors import InputError, missing_extra
+from firstlap.common.errors import InputError, missing_extra
 from firstlap.mapping.slam import Edge, Mapper
 from firstlap.tracks.track import FloatArray
 
@@ -22,7 +22,7 @@ def load_gtsam() -> Any:
     return gtsam
 
 
-def optimise(mapper: Mapper, edges: list[Edge], poses: FloatArray, scale: float) -> FloatArray:
+def optimize(mapper: Mapper, edges: list[Edge], poses: FloatArray, scale: float) -> FloatArray:
     """(N, 3) poses of the keyframes that agree best with matches, loops and odometry; the first stays at 0.
 
     poses: (N, 3) to begin with. scale: of odometry's way.

@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from firstlap.errors import InputError
+from firstlap.common.errors import InputError
 from firstlap.mapping.observation import Observation, motion_of
 from firstlap.mapping.poses import between
 from firstlap.recordings import Recording

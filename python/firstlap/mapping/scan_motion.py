@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from firstlap import _core
-from firstlap.car_file import Car
+from firstlap.config.car_file import Car
 from firstlap.estimation.odometry_check import Steps
-from firstlap.scan import Mount, Scan, set_laser
+from firstlap.perception.scan import Mount, Scan, set_laser
 from firstlap.tracks.track import FloatArray
 
 FIT = 0.6

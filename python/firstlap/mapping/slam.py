@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from firstlap import _core
-from firstlap.errors import InputError
+from firstlap.common.errors import InputError
 from firstlap.mapping.observation import Observation
 from firstlap.mapping.parameters import MapSettings
 from firstlap.mapping.poses import between, compose, transform_cloud, wrap
-from firstlap.scan import Scan
+from firstlap.perception.scan import Scan
 from firstlap.tracks.track import FloatArray
 
 POOR_FIT = 0.35
@@ -29,7 +29,7 @@ class Keyframe:
     cloud: FloatArray
     points: FloatArray
     odometry: FloatArray
-    travelled: float
+    traveled: float
     time: float
     reference: _core.ReferenceCloud | None = None
 
@@ -69,7 +69,7 @@ class Mapper:
         self._motion = np.zeros(3)
         self._pending: list[tuple[Edge, FloatArray]] = []
         self._offset: FloatArray | None = None
-        self.travelled = 0.0
+        self.traveled = 0.0
         self.scans = 0
         self._time = 0.0
         self._period = _core.ScanPeriod()
@@ -83,7 +83,7 @@ class Mapper:
     @property
     def overlap(self) -> float:
         """[m] driven since a loop was first seen to close."""
-        return self.travelled - self.closed_at if self.closed_at is not None else 0.0
+        return self.traveled - self.closed_at if self.closed_at is not None else 0.0
 
     def add(self, seen: Observation) -> bool:
         """One scan and the odometry since the last. Whether the scan was kept. Raises InputError."""
@@ -94,7 +94,7 @@ class Mapper:
         self._time = seen.time
         self.scans += 1
         self._motion = compose(self._motion, seen.motion) if self.keyframes else np.zeros(3)
-        self.travelled += float(np.hypot(*seen.motion[:2])) if self.keyframes else 0.0
+        self.traveled += float(np.hypot(*seen.motion[:2])) if self.keyframes else 0.0
         far = np.hypot(*self._motion[:2]) >= self.settings.get("graph.keyframe_distance")
         turned = abs(self._motion[2]) >= self.settings.get("graph.keyframe_angle")
         if self.keyframes and not far and not turned:
@@ -118,7 +118,7 @@ class Mapper:
         except ValueError as error:
             raise InputError(f"scan at {seen.time:.3f} s: {error}") from None
         pose = self._place(cloud) if self.keyframes else np.zeros(3)
-        self.keyframes.append(Keyframe(pose, cloud, points, self._motion, self.travelled, seen.time))
+        self.keyframes.append(Keyframe(pose, cloud, points, self._motion, self.traveled, seen.time))
         self._motion = np.zeros(3)
         self._look_for_loop(len(self.keyframes) - 1)
 
@@ -164,32 +164,32 @@ class Mapper:
         self._pending = self._pending[-1:]
         self._offset = offset
         if self.closed_at is None:
-            self.closed_at = self.travelled
+            self.closed_at = self.traveled
 
     def _agree(self, pose: FloatArray, a: FloatArray, b: FloatArray) -> bool:
         apart = compose(a, pose) - compose(b, pose)
         near = bool(np.hypot(*apart[:2]) <= self.settings.get("graph.loop_agree_distance"))
         return near and bool(abs(wrap(apart[2])) <= self.settings.get("graph.loop_agree_angle"))
 
-    def _gate(self, travelled: float) -> float:
-        drift = 0.0 if self._offset is not None else self.settings.get("graph.loop_drift") * travelled
+    def _gate(self, traveled: float) -> float:
+        drift = 0.0 if self._offset is not None else self.settings.get("graph.loop_drift") * traveled
         return self.settings.get("graph.loop_radius") + drift
 
     def _nearest_earlier(self, i: int, expected: FloatArray) -> int | None:
-        travelled = np.array([k.travelled for k in self.keyframes])
-        old = int(np.searchsorted(travelled, self.travelled - self.settings.get("graph.loop_travel"), side="right"))
+        traveled = np.array([k.traveled for k in self.keyframes])
+        old = int(np.searchsorted(traveled, self.traveled - self.settings.get("graph.loop_travel"), side="right"))
         if old == 0:
             return None
         poses = np.array([k.pose for k in self.keyframes[:old]])
         apart = np.hypot(*(poses[:, :2] - expected[:2]).T)
         turned = np.abs(wrap(poses[:, 2] - expected[2])) > self.settings.get("graph.loop_angle") + 0.5
-        gates = self._gate(1.0) if self._offset is not None else self._gates(travelled[:old])
+        gates = self._gate(1.0) if self._offset is not None else self._gates(traveled[:old])
         apart = np.where(turned | (apart > gates), np.inf, apart)
         j = int(np.argmin(apart))
         return j if np.isfinite(apart[j]) else None
 
-    def _gates(self, travelled: FloatArray) -> FloatArray:
-        drift = self.settings.get("graph.loop_drift") * (self.travelled - travelled)
+    def _gates(self, traveled: FloatArray) -> FloatArray:
+        drift = self.settings.get("graph.loop_drift") * (self.traveled - traveled)
         return np.asarray(self.settings.get("graph.loop_radius") + drift)
 
     def _match_loop(self, j: int, i: int, expected: FloatArray) -> Edge | None:
@@ -198,7 +198,7 @@ class Mapper:
         around = self.keyframes[max(0, j - LOOP_BEHIND) : j + LOOP_AHEAD]
         submap = np.vstack([transform_cloud(between(there.pose, k.pose), k.cloud) for k in around])
         guess = tuple(between(there.pose, expected))
-        radius = self._gate(self.travelled - there.travelled)
+        radius = self._gate(self.traveled - there.traveled)
         coarse = here.cloud[:: max(1, len(here.cloud) // 120)]
         searched, _ = _core.LikelihoodField.of_points(submap, 0.05).search(
             coarse, guess, radius, self.settings.get("graph.loop_angle"), SEARCH_STEP, SEARCH_TURN

@@ -1,1 +1,1 @@
-"""What the method perceives, measured against what is there."""
+"""Scans, what is wrong with them, and where the laser sits."""

@@ -7,14 +7,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from firstlap import __version__ as version
 from firstlap import _core
-from firstlap.car_file import CAR_FIELDS, Car
-from firstlap.drivers.registry import driver_kind
-from firstlap.errors import InputError
-from firstlap.parameters import FieldTable, Values
-from firstlap.setup_file import Setup
-from firstlap.text import printable
+from firstlap.common.errors import InputError
+from firstlap.common.text import printable
+from firstlap.common.version import __version__ as version
+from firstlap.config.car_file import CAR_FIELDS, Car
+from firstlap.config.driver_kind import driver_kind
+from firstlap.config.parameters import FieldTable, Values
+from firstlap.config.setup_file import Setup
 
 RECORD = "firstlap"
 """Name of the MCAP metadata record."""

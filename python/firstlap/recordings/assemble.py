@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from firstlap.errors import InputError
+from firstlap.common.errors import InputError
 from firstlap.recordings import topics as types
 from firstlap.recordings.about import RECORD, About
 from firstlap.recordings.clock import Timeline, periods, sweeps, timeline

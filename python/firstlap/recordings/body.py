@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from firstlap.config.setup_file import Setup
+from firstlap.perception.scan import returns
 from firstlap.recordings.recording import Recording
-from firstlap.scan import returns
-from firstlap.setup_file import Setup
 
 SCANS = 300
 MOVING, WAY = 0.3, 2.0

@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from firstlap.common.text import counted
+from firstlap.perception.scan import sweep_time
 from firstlap.recordings.recording import LONGEST_PAUSE
-from firstlap.scan import sweep_time
-from firstlap.text import counted
 
 Floats = npt.NDArray[np.float64]
 Nanoseconds = npt.NDArray[np.int64]

@@ -10,12 +10,12 @@ import numpy as np
 import numpy.typing as npt
 
 from firstlap import _core
-from firstlap.car_file import Car
-from firstlap.errors import InputError
-from firstlap.frames import Frames, mount_of, placed
+from firstlap.common.errors import InputError
+from firstlap.common.text import to_side
+from firstlap.config.car_file import Car
+from firstlap.perception.frames import Frames, mount_of, placed
+from firstlap.perception.scan import Mount, set_laser
 from firstlap.recordings.recording import Recording
-from firstlap.scan import Mount, set_laser
-from firstlap.text import to_side
 
 OPTION = "--laser"
 EXPECTED = "X,Y,YAW[,ROLL]: meters ahead and left of base_link, degrees; ROLL 180 where it hangs upside down"

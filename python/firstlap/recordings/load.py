@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from firstlap.errors import InputError
+from firstlap.common.errors import InputError
 from firstlap.recordings.paths import KINDS, PACKED, ending_of
 from firstlap.recordings.recording import Recording
 from firstlap.recordings.topics import Topics

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from firstlap.recordings.cdr import NANOSECONDS, SECONDS, Template, mark
 from firstlap.recordings.clock import sweep
 from firstlap.recordings.messages import ACKERMANN, typestore
-from firstlap.step_log import STATUSES
+from firstlap.recordings.step_log import STATUSES
 
 Floats = npt.NDArray[np.float64]
 
@@ -32,7 +32,7 @@ NUMBERS = ("width", "ahead", "clearance", "microseconds")
 """Remembered track width [m], path ahead of the front axle [m], clearance of the path [m], time of the step."""
 
 TRAJECTORY_FIELDS = ("x", "y", "z", "yaw", "curvature", "velocity")
-COLOURS = {"left": (0.12, 0.47, 0.71, 1.0), "right": (0.91, 0.44, 0.04, 1.0)}
+COLORS = {"left": (0.12, 0.47, 0.71, 1.0), "right": (0.91, 0.44, 0.04, 1.0)}
 SEEN_SIZE = 0.06
 OK, WARN, ERROR = 0, 1, 2
 LEVELS = {"ok": OK, "holding": WARN, "blocked": WARN}
@@ -167,7 +167,7 @@ def _wall(side: str, count: int) -> Template:
         marker.ADD,
         make("geometry_msgs/msg/Pose", _point(0.0, 0.0), _turn(0.0, 1.0)),
         _vector(size, size, size),
-        make("std_msgs/msg/ColorRGBA", *COLOURS[side]),
+        make("std_msgs/msg/ColorRGBA", *COLORS[side]),
         make("builtin_interfaces/msg/Duration", 0, 0),
         False,
         [_point(mark(2 * i), mark(2 * i + 1)) for i in range(count)],

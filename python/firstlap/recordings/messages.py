@@ -12,7 +12,7 @@ import zstandard
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
-from firstlap.errors import InputError
+from firstlap.common.errors import InputError
 
 ACKERMANN = "ackermann_msgs/msg/AckermannDrive"
 ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"

@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from firstlap.errors import InputError
+from firstlap.common.errors import InputError
+from firstlap.perception.scan import Mount, Scan, judge
 from firstlap.recordings.clock import USUAL_PERIOD, periods, sweeps, timeline, usual_period
 from firstlap.recordings.laser import OPTION, UNKNOWN, Mounting, turned
 from firstlap.recordings.messages import check_magic
@@ -21,7 +22,6 @@ from firstlap.recordings.recording import Recording
 from firstlap.recordings.scans import Findings
 from firstlap.recordings.state import Series, Sources, commands_at, in_radians, series, states_at
 from firstlap.recordings.topics import NONE, Topics
-from firstlap.scan import Mount, Scan, judge
 
 Floats = npt.NDArray[np.float64]
 HEADER = {"angle_min": None, "angle_increment": None, "time_increment": 0.0, "range_min": 0.02, "range_max": 30.0}

@@ -11,10 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from firstlap import _core
-from firstlap.car_file import Car
+from firstlap.config.car_file import Car
+from firstlap.config.setup_file import Setup
 from firstlap.recordings.about import About
 from firstlap.recordings.write import Batch, LogWriter
-from firstlap.setup_file import Setup
 
 FIRST_BATCH, MOST_SCANS = 40, 1000
 BATCH_TIME = 0.05
@@ -39,7 +39,7 @@ def drive_and_log(
 ) -> None:
     """Drives the race to its end and writes its log. Raises InputError where that cannot be written.
 
-    driver: the one that the race was made with. look: as of `firstlap.race.race`.
+    driver: the one that the race was made with. look: as of `firstlap.sim.race.race`.
     """
     scans, known, count = 0, 0, FIRST_BATCH
     with LogWriter(path, about) as writer:

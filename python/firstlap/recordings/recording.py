@@ -9,9 +9,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import numpy.typing as npt
 
-from firstlap.errors import InputError
+from firstlap.common.errors import InputError
+from firstlap.perception.scan import Mount, Scan
 from firstlap.recordings.about import About
-from firstlap.scan import Mount, Scan
 
 Floats = npt.NDArray[np.float64]
 

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
-from firstlap.car_file import Car
+from firstlap.config.car_file import Car
+from firstlap.config.setup_file import Setup
 from firstlap.recordings.about import About
 from firstlap.recordings.recording import Recording
-from firstlap.setup_file import Setup
-from firstlap.step_log import Columns
+from firstlap.recordings.step_log import Columns
 
 
 class Log:

@@ -13,11 +13,11 @@ from typing import Any
 import yaml
 import zstandard
 
-from firstlap.errors import InputError
+from firstlap.common.errors import InputError
+from firstlap.common.yaml_text import LOADER, MAX_YAML_BYTES
 from firstlap.recordings.mcap_log import open_mcap
 from firstlap.recordings.messages import ZSTD_MAGIC, Message, Stored, Topic, check_magic, stopped
 from firstlap.recordings.paths import COMPRESSED, STORAGES, ending_of
-from firstlap.yaml_text import LOADER, MAX_YAML_BYTES
 
 SQLITE_MAGIC = b"SQLite format 3\0"
 SQLITE_PAGES = struct.Struct(">16xH10xI")

@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from firstlap.perception.scan import Judgment, Mount, Scan, judge
 from firstlap.recordings.clock import usual_period
-from firstlap.scan import Judgement, Mount, Scan, judge
 
 Floats = npt.NDArray[np.float64]
 Nanoseconds = npt.NDArray[np.int64]
@@ -51,16 +51,16 @@ class Findings:
         self._faults: dict[str, list[str]] = {}
         self._remarks: dict[str, list[str]] = {}
 
-    def keeps(self, judgement: Judgement) -> bool:
+    def keeps(self, judgment: Judgment) -> bool:
         """Counts it; whether the scan belongs to the recording."""
         self._total += 1
-        if judgement.fault == USABLE:
+        if judgment.fault == USABLE:
             self.usable += 1
         else:
-            self._faults.setdefault(judgement.fault, []).append(judgement.reason)
-        for remark in judgement.remarks:
+            self._faults.setdefault(judgment.fault, []).append(judgment.reason)
+        for remark in judgment.remarks:
             self._remarks.setdefault(_without_numbers(remark), []).append(remark)
-        return judgement.fault == USABLE or judgement.fault in OF_RANGES
+        return judgment.fault == USABLE or judgment.fault in OF_RANGES
 
     @property
     def fault(self) -> str:

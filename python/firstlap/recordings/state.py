@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from firstlap.car_file import CAR_FIELDS
+from firstlap.config.car_file import CAR_FIELDS
 from firstlap.recordings.recording import LONGEST_PAUSE, Commands
 
 Floats = npt.NDArray[np.float64]

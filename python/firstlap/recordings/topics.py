@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
-from firstlap.errors import InputError
+from firstlap.common.errors import InputError
+from firstlap.perception.scan import Mount
 from firstlap.recordings.messages import Topic
-from firstlap.scan import Mount
 
 NONE = "none"
 TF, TF_STATIC = "/tf", "/tf_static"

@@ -16,14 +16,14 @@ import numpy as np
 import numpy.typing as npt
 from mcap.writer import CompressionType, Writer
 
-from firstlap.errors import InputError
-from firstlap.file_lock import lock_open_file
-from firstlap.output import LOGS, check_writable
+from firstlap.common.errors import InputError
+from firstlap.common.file_lock import lock_open_file
+from firstlap.common.files import LOGS, check_writable
+from firstlap.perception.scan import laser_of
 from firstlap.recordings import log_messages as ros
 from firstlap.recordings.about import RECORD, About
 from firstlap.recordings.messages import typestore
-from firstlap.scan import laser_of
-from firstlap.step_log import Columns, rows_of
+from firstlap.recordings.step_log import Columns, rows_of
 
 Floats = npt.NDArray[np.float64]
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import importlib.util
 
-from firstlap.errors import InputError
+from firstlap.common.errors import InputError
 
 NEEDED = {
     "rclpy": "firstlap[ros]",

@@ -8,8 +8,8 @@ import time
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from firstlap.errors import InputError
-from firstlap.parameters import Field, Value
+from firstlap.common.errors import InputError
+from firstlap.config.parameters import Field, Value
 from firstlap.ros.kept_stop import EMERGENCY
 from firstlap.ros.names import DRIVE, TOLD
 from firstlap.ros.node_parameters import declare_entries, value_of

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from firstlap.scan import Judgement, Mount, Scan, judge, sweep_time
+from firstlap.perception.scan import Judgment, Mount, Scan, judge, sweep_time
 
 
 def seconds(stamp: Any) -> float:
@@ -24,7 +24,7 @@ def set_stamp(stamp: Any, time: float) -> None:
 
 
 def sweep_of(message: Any, period: float) -> float:
-    """[s] from the first beam of a LaserScan to its last; as of `firstlap.scan.sweep_time`."""
+    """[s] from the first beam of a LaserScan to its last; as of `firstlap.perception.scan.sweep_time`."""
     return sweep_time(message.time_increment, len(message.ranges), period)
 
 
@@ -35,7 +35,7 @@ def to_scan(message: Any, mount: Mount) -> Scan:
     return Scan(ranges, first, step, message.time_increment, message.range_min, message.range_max)
 
 
-def judged(message: Any, mount: Mount, period: float) -> tuple[Scan, Judgement]:
+def judged(message: Any, mount: Mount, period: float) -> tuple[Scan, Judgment]:
     """A LaserScan turned as the laser is mounted, and what the core says of it. period: [s] between scans; 0: not
     known."""
     scan = to_scan(message, mount)

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from firstlap.errors import InputError
+from firstlap.common.errors import InputError
 
 DOMAINS = range(1, 102)
 """Whose ports are nobody else's (docs.ros.org, About-Domain-ID); 0 is where a car's own nodes are."""

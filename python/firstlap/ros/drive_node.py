@@ -19,9 +19,10 @@ from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
-from firstlap.driving import Driving
-from firstlap.errors import InputError
-from firstlap.frames import Frames, mount_of
+from firstlap.common.errors import InputError
+from firstlap.drivers.driving import Driving
+from firstlap.perception.frames import Frames, mount_of
+from firstlap.perception.scan import Mount, Scan
 from firstlap.ros.claims import HEARTBEAT
 from firstlap.ros.conversions import judged, seconds, set_stamp, sweep_of
 from firstlap.ros.diagnostics import Health
@@ -37,7 +38,6 @@ from firstlap.ros.rivals import Rivals
 from firstlap.ros.safety import DEADMAN, DeadMan, Stamps, Watchdog, button_of, within
 from firstlap.ros.traces import Traces
 from firstlap.ros.vehicle_state import ESTIMATE_FIELDS, StateSource
-from firstlap.scan import Mount, Scan
 
 NAME = "firstlap_drive"
 CHECK_PERIOD = 0.02

@@ -16,13 +16,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from firstlap.car_file import load_car
-from firstlap.drivers.registry import Preparation, driver_kind
-from firstlap.errors import InputError
-from firstlap.race import start_race
+from firstlap.common.errors import InputError
+from firstlap.config.car_file import load_car
+from firstlap.config.driver_kind import Preparation, driver_kind
+from firstlap.config.setup_file import Setup
 from firstlap.ros.diagnostics import MISSED, missed_between
 from firstlap.ros.domains import own_domain
-from firstlap.setup_file import Setup
+from firstlap.sim.race import start_race
 from firstlap.tracks.library import load_track
 
 SCANS = 600

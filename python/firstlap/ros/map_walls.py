@@ -35,5 +35,5 @@ def walls_of(grid: Any) -> tuple[FloatArray, ...]:
     c, s = math.cos(yaw), math.sin(yaw)
     turn = np.array([[c, s], [-s, c]])
     corner = np.array([origin.position.x, origin.position.y])
-    # A padded cell's centre lies half a cell before its index.
+    # A padded cell's center lies half a cell before its index.
     return tuple((line - 0.5) * resolution @ turn + corner for line in lines)

@@ -8,12 +8,12 @@ import numpy as np
 from geometry_msgs.msg import Point
 from visualization_msgs.msg import Marker, MarkerArray
 
-from firstlap.recordings.log_messages import COLOURS, SEEN_SIZE
+from firstlap.recordings.log_messages import COLORS, SEEN_SIZE
 from firstlap.ros.conversions import set_stamp
 from firstlap.ros.node_parameters import value_of
 
-PATH_COLOUR = (0.17, 0.63, 0.17, 1.0)
-AIM_COLOUR = (0.84, 0.15, 0.16, 1.0)
+PATH_COLOR = (0.17, 0.63, 0.17, 1.0)
+AIM_COLOR = (0.84, 0.15, 0.16, 1.0)
 
 
 class Markers:
@@ -38,21 +38,21 @@ class Markers:
         aim = trace["lookahead"]
         path = np.column_stack([trace["path"]["x"], trace["path"]["y"]])
         shapes = [
-            ("left", Marker.SPHERE_LIST, trace["left"]["points"], COLOURS["left"], SEEN_SIZE),
-            ("right", Marker.SPHERE_LIST, trace["right"]["points"], COLOURS["right"], SEEN_SIZE),
-            ("path", Marker.LINE_STRIP, path, PATH_COLOUR, 0.03),
-            ("lookahead", Marker.SPHERE_LIST, np.array([[aim["x"], aim["y"]]]), AIM_COLOUR, 0.12),
+            ("left", Marker.SPHERE_LIST, trace["left"]["points"], COLORS["left"], SEEN_SIZE),
+            ("right", Marker.SPHERE_LIST, trace["right"]["points"], COLORS["right"], SEEN_SIZE),
+            ("path", Marker.LINE_STRIP, path, PATH_COLOR, 0.03),
+            ("lookahead", Marker.SPHERE_LIST, np.array([[aim["x"], aim["y"]]]), AIM_COLOR, 0.12),
         ]
         self._publisher.publish(MarkerArray(markers=[_marker(base, stamp, *shape) for shape in shapes]))
 
 
-def _marker(frame: str, stamp: float, name: str, kind: int, points: Any, colour: Any, size: float) -> Any:
+def _marker(frame: str, stamp: float, name: str, kind: int, points: Any, color: Any, size: float) -> Any:
     enough = len(points) >= (2 if kind == Marker.LINE_STRIP else 1)
     marker = Marker(ns=name, type=kind, action=Marker.ADD if enough else Marker.DELETE)
     marker.header.frame_id = frame
     set_stamp(marker.header.stamp, stamp)
     marker.pose.orientation.w = 1.0
     marker.scale.x = marker.scale.y = marker.scale.z = size
-    marker.color.r, marker.color.g, marker.color.b, marker.color.a = colour
+    marker.color.r, marker.color.g, marker.color.b, marker.color.a = color
     marker.points = [Point(x=float(x), y=float(y), z=0.0) for x, y in points]
     return marker

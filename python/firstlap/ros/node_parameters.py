@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from firstlap.parameters import Field
+from firstlap.config.parameters import Field
 from firstlap.ros.names import Entry
 
 UNBOUNDED = 1e9

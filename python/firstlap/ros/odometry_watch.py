@@ -16,8 +16,8 @@ import numpy as np
 
 from firstlap.estimation.odometry_check import COMMANDS, STANDING, TWIST, Contradiction, Odometry, Pair, judge
 from firstlap.mapping.scan_motion import ScanMotion, ScanStep, as_steps
+from firstlap.perception.scan import Mount, Scan
 from firstlap.ros.conversions import yaw_of
-from firstlap.scan import Mount, Scan
 
 POLL = 0.02
 """[s] between two looks for a new scan."""

@@ -1,6 +1,6 @@
 """What must be right before the first meter: read from the live topics, each as OK or as what is wrong.
 
-The judgements are plain functions of what was heard; `Listener` hears it. Limits are those of the driving node, by its
+The judgments are plain functions of what was heard; `Listener` hears it. Limits are those of the driving node, by its
 own functions and parameters.
 """
 
@@ -14,12 +14,12 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from firstlap.car_file import CAR_FIELDS
-from firstlap.errors import InputError
+from firstlap.common.errors import InputError
+from firstlap.common.text import to_side
+from firstlap.config.car_file import CAR_FIELDS
+from firstlap.perception.scan import LASER, Judgment, Mount, Scan, returns
 from firstlap.ros.periods import Bounds, Period, rate_reason, timeout_of
 from firstlap.ros.safety import Stamps
-from firstlap.scan import LASER, Judgement, Mount, Scan, returns
-from firstlap.text import to_side
 
 STANDS = 0.1
 """[m/s], [rad/s] of a car that stands."""
@@ -107,14 +107,14 @@ def check_stamps(name: str, sample: Sample, max_age: float, took: float = 0.0) -
     return Check(name, True, f"{1e3 * age:.0f} ms old")
 
 
-def check_scan(scan: Scan | None, judgement: Judgement) -> Check:
+def check_scan(scan: Scan | None, judgment: Judgment) -> Check:
     """Whether the node could drive by it, and what is worth knowing of it."""
     if scan is None:
         return Check("scan's beams", None, "nothing to look at")
-    if judgement.reason:
-        return Check("scan's beams", False, judgement.reason)
+    if judgment.reason:
+        return Check("scan's beams", False, judgment.reason)
     share = f"{len(scan.ranges)} beams, {100 * float(returns(scan).mean()):.0f} % return"
-    return Check("scan's beams", True, "; ".join((share, *judgement.remarks)))
+    return Check("scan's beams", True, "; ".join((share, *judgment.remarks)))
 
 
 def check_mount(mount: Mount, base: str) -> Check:
@@ -233,7 +233,7 @@ class Listener:
         from sensor_msgs.msg import LaserScan
         from tf2_msgs.msg import TFMessage
 
-        from firstlap.frames import Frames
+        from firstlap.perception.frames import Frames
         from firstlap.ros.names import DRIVE
         from firstlap.ros.node_parameters import declare_entries
         from firstlap.ros.odometry_watch import OdometryWatch
@@ -282,8 +282,8 @@ class Listener:
         if place is not None and not place.good:
             return
         period = self._scan_period.seconds
-        scan, judgement = judged(message, mount, period)
-        if not judgement.reason:
+        scan, judgment = judged(message, mount, period)
+        if not judgment.reason:
             self.watch.hear_scan(scan, self._when(message) + sweep_of(message, period), mount)
             self.watch.work()
 
@@ -326,13 +326,13 @@ class Listener:
         period = self.scan.period
         took = max(sweep_of(self.scan.last, period), period) if self.scan.last else 0.0
         mount, place = self._laser()
-        scan, judgement = None, Judgement("none", "", ())
+        scan, judgment = None, Judgment("none", "", ())
         if self.scan.last:
-            scan, judgement = judged(self.scan.last, mount, period)
+            scan, judgment = judged(self.scan.last, mount, period)
         checks = [
             check_rate("scan", scan_topic, self.scan, self.value("scan_timeout"), BOUNDS["scan"]),
             check_stamps("scan's clock", self.scan, self.value("max_age"), took),
-            check_scan(scan, judgement),
+            check_scan(scan, judgment),
             check_rate("odometry", odom_topic, self.odom, self.value("odom_timeout"), BOUNDS["odom"]),
             check_stamps("odometry's clock", self.odom, self.value("max_age")),
             check_standing(self.odom),
@@ -350,7 +350,7 @@ class Listener:
 
     def _laser(self) -> tuple[Mount, Check | None]:
         """Where the laser sits, ahead where nobody says it; and what is to be said of that."""
-        from firstlap.frames import mount_of
+        from firstlap.perception.frames import mount_of
 
         ahead = Mount(0.0, 0.0, float(self.value("laser_yaw")), False)
         if not (self.scan.last and self.value("laser_from_tf")):

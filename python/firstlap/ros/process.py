@@ -39,7 +39,7 @@ def ros(arguments: list[str]) -> Iterator[Ending]:
     import rclpy
     from rclpy.signals import SignalHandlerOptions
 
-    from firstlap.errors import InputError
+    from firstlap.common.errors import InputError
 
     ending = Ending()
     try:

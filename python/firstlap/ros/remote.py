@@ -11,7 +11,7 @@ from typing import Any
 
 import yaml
 
-from firstlap.errors import InputError
+from firstlap.common.errors import InputError
 from firstlap.ros.kept_stop import EMERGENCY
 
 NODE = "firstlap_drive"

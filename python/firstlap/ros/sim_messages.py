@@ -11,8 +11,8 @@ from nav_msgs.msg import OccupancyGrid, Odometry
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState, LaserScan
 
+from firstlap.perception.scan import Mount
 from firstlap.ros.conversions import float_array, quaternion_of, set_stamp, yaw_of
-from firstlap.scan import Mount
 from firstlap.tracks.track import Track
 
 CELL = 0.05
@@ -56,7 +56,7 @@ def odometry(stamp: float, frame: str, child: str, pose: Any, motion: tuple[floa
 
 
 def imu(stamp: float, frame: str, yaw_rate: float, truth: dict[str, float]) -> Imu:
-    """Yaw rate as measured, accelerations of the centre of gravity as they are; no orientation."""
+    """Yaw rate as measured, accelerations of the center of gravity as they are; no orientation."""
     message = Imu()
     set_stamp(message.header.stamp, stamp)
     message.header.frame_id = frame

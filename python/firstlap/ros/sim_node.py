@@ -21,15 +21,15 @@ from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
 from firstlap import _core
-from firstlap.car_file import Car, load_car, with_lidar
-from firstlap.errors import InputError
-from firstlap.parameters import FieldTable
+from firstlap.common.errors import InputError
+from firstlap.config.car_file import Car, load_car, with_lidar
+from firstlap.config.parameters import FieldTable
+from firstlap.perception.scan import Mount, laser_of
 from firstlap.ros import sim_messages as make
 from firstlap.ros.names import FAULTS, SIM, Entry
 from firstlap.ros.node_parameters import declare_entries, declare_fields, value_of
 from firstlap.ros.sim_topics import GYM_LASER_X, CarNames, gym_names, our_names
-from firstlap.scan import Mount, laser_of
-from firstlap.simulate import core_track
+from firstlap.sim.simulate import core_track
 from firstlap.tracks.library import load_track
 
 NAME = "firstlap_sim"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from firstlap.errors import InputError
+from firstlap.common.errors import InputError
 
 GYM_CARS = ("ego", "opp")
 GYM_LASER_X = 0.275

@@ -30,7 +30,7 @@ HEAD = struct.Struct("<4sI")
 
 
 @dataclass(frozen=True)
-class Told:
+class TraceHeader:
     """What comes with a trace. born: tells one run of the node from the next. time: [s] of the end of the scan, or of
     now where the car stands. speed [m/s], yaw_rate [rad/s], steering_angle [rad]: as the driver took them. step_us:
     its own time. going: whether the car may move. said: why not. sent_speed [m/s], sent_angle [rad]: the command that
@@ -49,7 +49,7 @@ class Told:
     sent_angle: float = 0.0
 
 
-def encode(told: Told, trace: Mapping[str, Any]) -> bytes:
+def encode(told: TraceHeader, trace: Mapping[str, Any]) -> bytes:
     """A message. Raises ValueError where it would be too large or holds what cannot be sent."""
     kinds: list[tuple[str, str, list[int]]] = []
     bodies: list[bytes] = []
@@ -78,7 +78,7 @@ def _numbers(trace: Mapping[str, Any], path: str, kinds: list[Any], bodies: list
     return rest
 
 
-def decode(message: bytes) -> tuple[Told, dict[str, Any]]:
+def decode(message: bytes) -> tuple[TraceHeader, dict[str, Any]]:
     """What was told and the trace, its arrays float64, int64 or of single bytes. Raises ValueError."""
     if not HEAD.size < len(message) <= MAX_BYTES:
         raise ValueError(f"{len(message)} bytes are no trace")
@@ -130,14 +130,14 @@ def _put(trace: dict[str, Any], path: str, array: npt.NDArray[Any]) -> None:
     trace[name] = array
 
 
-def _told(told: Any) -> Told:
+def _told(told: Any) -> TraceHeader:
     types: dict[str, type] = {"str": str, "float": float, "bool": bool}
     values: dict[str, Any] = {}
-    for row in fields(Told):
+    for row in fields(TraceHeader):
         value = told.get(row.name) if isinstance(told, dict) else None
         kind = types[str(row.type)]
         value = float(value) if kind is float and type(value) is int else value
         if type(value) is not kind or (isinstance(value, float) and not math.isfinite(value)):
             raise ValueError(f"the trace says no {row.name}")
         values[row.name] = value[:MAX_TEXT] if isinstance(value, str) else value
-    return Told(**values)
+    return TraceHeader(**values)

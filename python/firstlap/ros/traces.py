@@ -11,7 +11,7 @@ from std_msgs.msg import UInt8MultiArray
 
 from firstlap.ros.node_parameters import value_of
 from firstlap.ros.qos import NEWEST
-from firstlap.ros.trace_message import Told, encode
+from firstlap.ros.trace_message import TraceHeader, encode
 
 EARLY = 0.1
 """Part of a period that a trace may come before its time: scans are not to the microsecond."""
@@ -47,11 +47,11 @@ class Traces:
 
     def _told(
         self, state: tuple[float, float, float], stamp: float, spent: float, why: str, sent: tuple[float, float]
-    ) -> Told:
+    ) -> TraceHeader:
         """why: the car may not drive; nothing where it may."""
         driver = self._node.driving.setup.driver
         speed, yaw_rate, steering_angle, sent_speed, sent_angle = (float(value) for value in (*state, *sent))
-        return Told(
+        return TraceHeader(
             self._born,
             driver,
             stamp,
@@ -65,7 +65,7 @@ class Traces:
             sent_angle,
         )
 
-    def _send(self, told: Told, trace: Any) -> None:
+    def _send(self, told: TraceHeader, trace: Any) -> None:
         try:
             message = encode(told, trace)
         except ValueError as error:

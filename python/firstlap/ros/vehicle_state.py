@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from firstlap import _core
-from firstlap.parameters import FieldTable
+from firstlap.config.parameters import FieldTable
 from firstlap.ros.node_parameters import value_of
 
 ESTIMATE_FIELDS = FieldTable(_core.StateEstimateParams.fields())

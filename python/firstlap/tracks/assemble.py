@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from firstlap.errors import InputError
+from firstlap.common.errors import InputError
 from firstlap.tracks.medial import curvature, distances, medial_line
 from firstlap.tracks.track import FloatArray, Track
 

@@ -1,6 +1,6 @@
 """Centerlines as CSV files, as f1tenth_racetracks, f1tenth_benchmarks and TUM's racetrack-database publish them.
 
-A row is x, y, width to the right, width to the left, in metres, with `,`, `;` or blanks between; comments begin with #.
+A row is x, y, width to the right, width to the left, in meters, with `,`, `;` or blanks between; comments begin with #.
 A line of names above the rows, with or without #, may give another order. The line is closed and driven as it is
 written, from its first point.
 """
@@ -13,12 +13,12 @@ from pathlib import Path
 import numpy as np
 import shapely
 
-from firstlap.errors import InputError
+from firstlap.common.errors import InputError
+from firstlap.common.yaml_text import read_text
 from firstlap.tracks.assemble import assemble
 from firstlap.tracks.corridor import SAME, check_line, corridor_walls, spline_line
 from firstlap.tracks.map_region import PLAUSIBLE
 from firstlap.tracks.track import FloatArray, Track
-from firstlap.yaml_text import read_text
 
 COLUMNS = ("x", "y", "width right", "width left")
 NAMES = {"x": r"x(_m)?", "y": r"y(_m)?", "width right": r"w.*(right|_r)(_m)?", "width left": r"w.*(left|_l)(_m)?"}

@@ -6,7 +6,7 @@ import numpy as np
 import shapely
 from scipy.interpolate import CubicSpline
 
-from firstlap.errors import InputError
+from firstlap.common.errors import InputError
 from firstlap.tracks.medial import left_normals
 from firstlap.tracks.track import FloatArray
 

@@ -54,7 +54,7 @@ def with_scenery(track: Track, lines: Sequence[FloatArray]) -> Track:
 
 
 def _repeated(pattern: Pieces, total: float) -> Pieces:
-    """The pattern over `total` metres, its parts stretched alike so that it comes out even."""
+    """The pattern over `total` meters, its parts stretched alike so that it comes out even."""
     period = sum(length for length, _ in pattern)
     count = max(1, round(total / period))
     return [(length * total / (count * period), seen) for length, seen in pattern * count]

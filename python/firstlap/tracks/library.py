@@ -8,10 +8,10 @@ from __future__ import annotations
 import difflib
 from pathlib import Path
 
-from firstlap.data_folder import data_folder
-from firstlap.errors import InputError
+from firstlap.common.data_folder import data_folder
+from firstlap.common.errors import InputError
+from firstlap.common.yaml_text import parse_mapping, read_text
 from firstlap.tracks.track import Track
-from firstlap.yaml_text import parse_mapping, read_text
 
 CENTERLINES = (".csv",)
 TRACK_FILES = (".yaml", ".yml", *CENTERLINES)

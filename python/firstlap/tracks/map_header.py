@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from firstlap.errors import InputError
-from firstlap.yaml_text import parse_mapping
+from firstlap.common.errors import InputError
+from firstlap.common.yaml_text import parse_mapping
 
 RESOLUTION = (0.002, 0.5)
 FARTHEST = 1e6

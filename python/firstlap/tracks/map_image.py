@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
-from firstlap.errors import InputError
+from firstlap.common.errors import InputError
 from firstlap.tracks.map_header import MapHeader
 
 MAX_PIXELS = 64_000_000
@@ -71,7 +71,7 @@ def _has_alpha(image: Image.Image) -> bool:
 
 
 def _with_alpha(gray: npt.NDArray[np.uint8], rgba: npt.NDArray[np.uint8], mode: str) -> npt.NDArray[np.uint8]:
-    """As map_server does: a mean of the colours and the opacity; in mode scale, what is not opaque is unknown."""
+    """As map_server does: a mean of the colors and the opacity; in mode scale, what is not opaque is unknown."""
     opaque = rgba[..., 3] == 255
     if mode == "scale":
         return np.where(opaque, gray, np.uint8(UNKNOWN_GRAY))

@@ -10,7 +10,7 @@ import numpy.typing as npt
 import shapely
 from scipy import ndimage
 
-from firstlap.errors import InputError
+from firstlap.common.errors import InputError
 from firstlap.tracks.medial import contours, is_closed
 from firstlap.tracks.track import FloatArray
 
@@ -48,11 +48,11 @@ class Loop:
 
 def refuse_noise(free: Mask, where: str) -> None:
     """Raises InputError where walls or free space lie in more pieces than any room has: noise, a photograph."""
-    for mask, neighbours, limit, what in (
+    for mask, neighbors, limit, what in (
         (~free, EIGHT, MAX_WALL_PIECES, "wall"),
         (free, None, MAX_FREE_PIECES, "free space"),
     ):
-        _, pieces = ndimage.label(mask, structure=neighbours)
+        _, pieces = ndimage.label(mask, structure=neighbors)
         if pieces > limit:
             raise InputError(
                 f"{where}: {pieces} separate pieces of {what} (at most {limit}); expected a map of a track, "
@@ -79,7 +79,7 @@ def without_specks(free: Mask, resolution: float, reach: float) -> tuple[Mask, i
 
 
 def drivable_regions(free: Mask, resolution: float, radius: float) -> list[Mask]:
-    """Places a disk of `radius` metres can sweep, one mask per connected region, largest first.
+    """Places a disk of `radius` meters can sweep, one mask per connected region, largest first.
 
     Holes in a wall narrower than the disk are closed; corners that it cannot reach are given back.
     """
@@ -154,10 +154,10 @@ def loops_of(region: Mask, resolution: float) -> list[Loop]:
             continue
         row, column = np.rint(line[:, ::-1]).astype(np.intp).T
         width = d_in[row, column] + d_out[row, column]
-        metres = (line * step + corner) * resolution
-        length = float(np.hypot(*np.diff(metres, axis=0).T).sum())
+        meters = (line * step + corner) * resolution
+        length = float(np.hypot(*np.diff(meters, axis=0).T).sum())
         loops.append(
-            Loop(region, holes, inside, small, metres - 0.5 * resolution, length, float(width.min()),
+            Loop(region, holes, inside, small, meters - 0.5 * resolution, length, float(width.min()),
                  float(np.median(width)), border)
         )  # fmt: skip
     return loops
@@ -207,7 +207,7 @@ def best_loop(loops: list[Loop]) -> Loop:
 
 
 def region_walls(region: Mask) -> shapely.Polygon:
-    """The region's boundary as a polygon with holes, in pixels (centres at integers), without stairs."""
+    """The region's boundary as a polygon with holes, in pixels (centers at integers), without stairs."""
     padded = np.pad(region, 1).astype(np.float64)
     # Just above one half, so that wall pixels touching at a corner join: a thin diagonal is a wall.
     rings = [line - 1.0 for line in contours(padded, 0.505)]

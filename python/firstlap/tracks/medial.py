@@ -10,7 +10,7 @@ import numpy.typing as npt
 import shapely
 from scipy.ndimage import distance_transform_edt, gaussian_filter1d
 
-from firstlap.errors import InputError
+from firstlap.common.errors import InputError
 from firstlap.tracks.track import FloatArray
 
 SPACING = 0.1
@@ -19,7 +19,7 @@ MAX_CELLS = 6_000_000
 
 
 def resample_closed(points: FloatArray, spacing: float) -> FloatArray:
-    """Points (N, 2) of a closed line, first not repeated, evenly about `spacing` metres apart along it."""
+    """Points (N, 2) of a closed line, first not repeated, evenly about `spacing` meters apart along it."""
     closed = np.vstack([points, points[:1]])
     s = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(closed, axis=0).T))])
     at = np.linspace(0.0, s[-1], max(8, round(float(s[-1]) / spacing)), endpoint=False)
@@ -111,7 +111,7 @@ def _zero_level(left: list[FloatArray], right: list[FloatArray], where: str) -> 
 
 
 def _grid_distance(walls: list[FloatArray], low: FloatArray, cell: float, shape: tuple[int, int]) -> FloatArray:
-    """Distance in metres from every grid point to the nearest wall, to about half a cell."""
+    """Distance in meters from every grid point to the nearest wall, to about half a cell."""
     empty: npt.NDArray[np.bool_] = np.ones(shape, dtype=np.bool_)
     for wall in walls:
         line = shapely.segmentize(shapely.LineString(wall), 0.5 * cell)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from firstlap.errors import InputError
+from firstlap.common.errors import InputError
 from firstlap.tracks.assemble import assemble
 from firstlap.tracks.corridor import corner_line, corridor_walls
 from firstlap.tracks.medial import curvature, resample_closed
@@ -108,15 +108,15 @@ def _walk_round(tree: set[Cell], edges: set[tuple[Cell, Cell]]) -> FloatArray:
 
 def _rounded(generator: np.random.Generator, corners: FloatArray) -> FloatArray:
     """Corners (N, 5) for `corner_line`: lanes of unlike pitch, in m, and radii as there is room for."""
-    metres = np.empty_like(corners)
+    meters = np.empty_like(corners)
     for axis in (0, 1):
         lanes = int(corners[:, axis].max()) + 1
         at = np.concatenate([[0.0], np.cumsum(LANE * generator.uniform(0.92, 1.7, lanes - 1))]) if lanes > 1 else [0.0]
-        metres[:, axis] = np.asarray(at)[corners[:, axis].astype(int)]
-    run = np.hypot(*(np.roll(metres, -1, axis=0) - metres).T)
+        meters[:, axis] = np.asarray(at)[corners[:, axis].astype(int)]
+    run = np.hypot(*(np.roll(meters, -1, axis=0) - meters).T)
     room = 0.5 * np.minimum(run, np.roll(run, 1)) - 0.01
     radius = np.minimum(room, generator.uniform(1.15, 2.8, len(room)))
-    return np.column_stack([metres, radius, np.ones((len(radius), 2))])
+    return np.column_stack([meters, radius, np.ones((len(radius), 2))])
 
 
 def _bent(generator: np.random.Generator, line: FloatArray, bend: float) -> FloatArray:

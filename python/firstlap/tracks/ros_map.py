@@ -8,7 +8,8 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from firstlap.errors import InputError
+from firstlap.common.errors import InputError
+from firstlap.common.yaml_text import read_text
 from firstlap.tracks.assemble import CAR_WIDTH, assemble
 from firstlap.tracks.map_header import MapHeader, parse_ros_map_yaml
 from firstlap.tracks.map_image import LIKELY_FREE, between_share, free_pixels, read_gray, transparent_share
@@ -23,7 +24,6 @@ from firstlap.tracks.map_region import (
     without_specks,
 )
 from firstlap.tracks.track import FloatArray, Track
-from firstlap.yaml_text import read_text
 
 __all__ = ["load_ros_map", "parse_ros_map_yaml"]
 
@@ -62,11 +62,11 @@ class Grid:
             self.free = np.asarray(blocks.all(axis=(1, 3)))
             self.resolution *= factor
 
-    def to_map(self, metres: FloatArray) -> FloatArray:
-        """Points (N, 2) in metres from the lower-left corner of the cropped picture, in the map's frame."""
+    def to_map(self, meters: FloatArray) -> FloatArray:
+        """Points (N, 2) in meters from the lower-left corner of the cropped picture, in the map's frame."""
         x, y, yaw = self.origin
         c, s = np.cos(yaw), np.sin(yaw)
-        return np.asarray((metres + self.corner) @ np.array([[c, s], [-s, c]]) + [x, y])
+        return np.asarray((meters + self.corner) @ np.array([[c, s], [-s, c]]) + [x, y])
 
     def from_map(self, points: FloatArray) -> FloatArray:
         """The inverse of `to_map`."""

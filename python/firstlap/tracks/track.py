@@ -26,7 +26,7 @@ class TrackArrays(TypedDict):
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """A closed race track in metres; index 0 of the centerline is the start and finish line.
+    """A closed race track in meters; index 0 of the centerline is the start and finish line.
 
     walls: (N, 2) polylines; a closed one repeats its first point.
     sides: one of `SIDES` per wall, seen in the direction of travel.
@@ -55,7 +55,7 @@ class Track:
 
     @property
     def length(self) -> float:
-        """Length of the centerline in metres."""
+        """Length of the centerline in meters."""
         return float(self.stations[-1])
 
     @property
@@ -64,12 +64,12 @@ class Track:
         return self.width_left + self.width_right
 
     def width_summary(self) -> tuple[float, float, float]:
-        """(min, median, max) of the track's width in metres."""
+        """(min, median, max) of the track's width in meters."""
         width = self.width
         return float(width.min()), float(np.median(width)), float(width.max())
 
     def start_pose(self, offset_s: float = 0.0) -> tuple[float, float, float]:
-        """(x, y, yaw) on the centerline, `offset_s` metres after the start line (negative: before it)."""
+        """(x, y, yaw) on the centerline, `offset_s` meters after the start line (negative: before it)."""
         closed = np.vstack([self.centerline, self.centerline[:1]])
 
         def at(s: float) -> FloatArray:

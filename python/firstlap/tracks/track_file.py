@@ -1,4 +1,4 @@
-"""Our own track files: YAML, in metres; `KEYS` lists what may stand in one."""
+"""Our own track files: YAML, in meters; `KEYS` lists what may stand in one."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 import shapely
 
-from firstlap.errors import InputError
+from firstlap.common.errors import InputError
+from firstlap.common.yaml_text import parse_mapping, read_text
 from firstlap.tracks.assemble import assemble
 from firstlap.tracks.corridor import check_line, corner_line, corridor_walls, spline_line
 from firstlap.tracks.cut_walls import with_low_wall, with_pipes, with_scenery
 from firstlap.tracks.map_header import number
 from firstlap.tracks.track import FloatArray, Track
-from firstlap.yaml_text import parse_mapping, read_text
 
 KEYS = {
     "name": "the track's name; default: the file's",
@@ -83,7 +83,7 @@ def _line(data: dict[str, Any], where: str) -> FloatArray:
         points = points[:-1]
     check_line(points, key, where)
     if key == "corners" and (points[:, 2] < 0.0).any():
-        raise InputError(f"{where}: corners has a negative radius; expected metres, whichever way it turns")
+        raise InputError(f"{where}: corners has a negative radius; expected meters, whichever way it turns")
     return corner_line(points, where) if key == "corners" else spline_line(points)
 
 

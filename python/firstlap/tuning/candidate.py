@@ -8,16 +8,16 @@ from functools import lru_cache
 from typing import Any
 
 from firstlap import _core
-from firstlap.car_file import CAR_FIELDS, Car
+from firstlap.common.errors import InputError
+from firstlap.config.car_file import CAR_FIELDS, Car
+from firstlap.config.parameters import Values
+from firstlap.config.setup_file import Setup
 from firstlap.drivers import driver_kind
-from firstlap.errors import InputError
-from firstlap.parameters import Values
-from firstlap.race import RaceResult, race
-from firstlap.setup_file import Setup
+from firstlap.sim.race import RaceResult, race
 from firstlap.tracks.track import Track
 from firstlap.tuning.spread import Conditions, changed_car, race_options
 
-Look = Callable[[_core.Race], object]
+RaceCallback = Callable[[_core.Race], object]
 FAILURES_TO_END = 2
 RACES_TO_END = 2
 
@@ -136,7 +136,9 @@ def car_of(problem: Problem) -> Car:
     return _car_of(problem.car_name, items)
 
 
-def race_one(problem: Problem, setup: Setup, conditions: Conditions, preparation: Any, look: Look | None) -> RaceResult:
+def race_one(
+    problem: Problem, setup: Setup, conditions: Conditions, preparation: Any, look: RaceCallback | None
+) -> RaceResult:
     """One race of a candidate."""
     options: dict[str, float] = {"record_path": False, **race_options(problem.spread, conditions)}
     if problem.slowest > 0.0:
@@ -154,7 +156,7 @@ def race_one(problem: Problem, setup: Setup, conditions: Conditions, preparation
 
 
 def judge(
-    problem: Problem, given: Values, best: Sequence[float | None] | None = None, look: Look | None = None
+    problem: Problem, given: Values, best: Sequence[float | None] | None = None, look: RaceCallback | None = None
 ) -> Verdict:
     """Races a candidate under all conditions, or until it is hopeless.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from firstlap.parameters import Values
+from firstlap.config.parameters import Values
 from firstlap.tuning.candidate import Problem, Verdict
 from firstlap.tuning.pool import Pool, race_all
 from firstlap.tuning.spread import Conditions, checks

@@ -8,11 +8,12 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
-from firstlap import __version__, _core
-from firstlap.car_file import Car
-from firstlap.parameters import Field, Value
-from firstlap.race import RaceResult, race
-from firstlap.setup_file import Setup, load_setup
+from firstlap import _core
+from firstlap.common.version import __version__
+from firstlap.config.car_file import Car
+from firstlap.config.parameters import Field, Value
+from firstlap.config.setup_file import Setup, load_setup
+from firstlap.sim.race import RaceResult, race
 from firstlap.tracks.track import Track
 from firstlap.tuning.pictures import draw_laps, draw_parameters, embedded
 from firstlap.tuning.report import number, page, table
@@ -35,7 +36,7 @@ LAPS = 4
 
 
 @dataclass(frozen=True)
-class Driven:
+class SettingResult:
     """One of the six settings and its races."""
 
     setup: Setup
@@ -54,7 +55,7 @@ class Driven:
 
 
 def paper_settings() -> list[Setup]:
-    """The six. Settings 1 and 3, which the paper does not print, lie halfway between their neighbours.
+    """The six. Settings 1 and 3, which the paper does not print, lie halfway between their neighbors.
 
     What it prints nowhere (acceleration limits, smoothing) goes evenly from our `base` to our `race`.
     """
@@ -84,7 +85,7 @@ def _mix(field: Field, a: Setup, b: Setup, share: float) -> Value:
 
 def drive_paper(
     track: Track, car: Car, seeds: int, done: Callable[[], object], look: Callable[[_core.Race], object]
-) -> list[Driven]:
+) -> list[SettingResult]:
     """Races every setting with seeds 1 to `seeds`, without spread, on all cores."""
     setups = paper_settings()
     options = {"record_path": False}
@@ -101,14 +102,14 @@ def drive_paper(
                 for future in some:
                     results.append(future.result())
                     done()
-                found.append(Driven(setup, results))
+                found.append(SettingResult(setup, results))
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             raise
     return found
 
 
-def paper_summary(spec: str, track: Track, car: Car, driven: Sequence[Driven]) -> dict[str, Any]:
+def paper_summary(spec: str, track: Track, car: Car, driven: Sequence[SettingResult]) -> dict[str, Any]:
     """As `firstlap tune --paper --json` prints it."""
     first = driven[0].lap
     return {
@@ -132,7 +133,7 @@ def paper_summary(spec: str, track: Track, car: Car, driven: Sequence[Driven]) -
     }
 
 
-def paper_report(found: dict[str, Any], driven: Sequence[Driven]) -> str:
+def paper_report(found: dict[str, Any], driven: Sequence[SettingResult]) -> str:
     """The page with the three figures."""
     settings = [Setting(str(place), one.setup.given, one.lap, one.failed == 0) for place, one in enumerate(driven)]
     table_of = driven[0].setup.fields

@@ -10,21 +10,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from firstlap.parameters import Field
-from firstlap.plot import (
-    BAD,
-    FAINT,
-    INK,
-    LEFT,
-    RIGHT,
-    bare,
-    coloured_line,
-    draw_road,
-    draw_start,
-    draw_walls,
-    new_figure,
-)
-from firstlap.race import RaceResult
+from firstlap.config.parameters import Field
+from firstlap.plots.colors import BAD, FAINT, INK, LEFT, RIGHT
+from firstlap.plots.primitives import bare, colored_line, draw_road, draw_start, draw_walls, new_figure
+from firstlap.sim.race import RaceResult
 from firstlap.tracks.track import Track
 from firstlap.tuning.choose import front
 from firstlap.tuning.settings import Setting
@@ -105,14 +94,14 @@ def draw_front(trials: Sequence[Trial], marked: Mapping[str, tuple[float, float]
     whole = [t for t in trials if t.verdict.lap and not t.verdict.failed and not t.verdict.ended]
     failed = [t for t in trials if t.verdict.lap and t.verdict.failed]
     early = [t for t in trials if t.verdict.lap and not t.verdict.failed and t.verdict.ended]
-    for some, colour, words in (
+    for some, color, words in (
         (early, FAINT, "ended early"),
         (whole, LEFT, "raced all"),
         (failed, BAD, "failed a race"),
     ):
         laps = [t.verdict.lap or np.nan for t in some]
         axes.plot(
-            laps, [t.verdict.clearance for t in some], ".", color=colour, alpha=0.6, label=f"{words} ({len(some)})"
+            laps, [t.verdict.clearance for t in some], ".", color=color, alpha=0.6, label=f"{words} ({len(some)})"
         )
     best = front(trials)
     axes.plot(
@@ -148,9 +137,9 @@ def draw_search(trials: Sequence[Trial]) -> Figure:
     """Lap of every trial in the order of the search, and the best that held so far."""
     figure = new_figure(11.0, 3.4)
     axes = figure.add_subplot()
-    for held, colour, words in ((True, LEFT, "holds"), (False, FAINT, "does not, or ended early")):
+    for held, color, words in ((True, LEFT, "holds"), (False, FAINT, "does not, or ended early")):
         some = [t for t in trials if t.verdict.lap and t.verdict.holds == held]
-        axes.plot([t.number for t in some], [t.verdict.lap or np.nan for t in some], ".", color=colour, label=words)
+        axes.plot([t.number for t in some], [t.verdict.lap or np.nan for t in some], ".", color=color, label=words)
     best = np.minimum.accumulate([t.cost if t.verdict.holds else np.inf for t in trials]) if trials else np.array([])
     axes.plot(
         [t.number for t in trials], np.where(np.isfinite(best), best, np.nan), color=RIGHT, label="best that holds"
@@ -163,7 +152,7 @@ def draw_search(trials: Sequence[Trial]) -> Figure:
 
 
 def draw_lines(track: Track, compared: RaceResult, tuned: RaceResult) -> Figure:
-    """A flying lap of each on the track: the first grey, the second coloured by its speed."""
+    """A flying lap of each on the track: the first gray, the second colored by its speed."""
     corners = np.vstack(track.walls)
     low, high = corners.min(axis=0) - 0.5, corners.max(axis=0) + 0.5
     height = float(np.clip(11.0 * (high[1] - low[1]) / (high[0] - low[0]), 4.0, 11.0))
@@ -173,11 +162,11 @@ def draw_lines(track: Track, compared: RaceResult, tuned: RaceResult) -> Figure:
     draw_road(axes, track)
     draw_walls(axes, track, width=1.1)
     draw_start(axes, track)
-    grey = _last_lap(compared)
-    axes.plot(grey["x"], grey["y"], "--", color=INK, linewidth=1.2, zorder=4, label=compared.setup.name)
+    gray = _last_lap(compared)
+    axes.plot(gray["x"], gray["y"], "--", color=INK, linewidth=1.2, zorder=4, label=compared.setup.name)
     line = _last_lap(tuned)
-    coloured = coloured_line(axes, line["x"], line["y"], line["speed"], 2.4, zorder=5)
-    figure.colorbar(coloured, ax=axes, shrink=0.6, label="speed [m/s]", pad=0.01)
+    colored = colored_line(axes, line["x"], line["y"], line["speed"], 2.4, zorder=5)
+    figure.colorbar(colored, ax=axes, shrink=0.6, label="speed [m/s]", pad=0.01)
     axes.set_xlim(low[0], high[0])
     axes.set_ylim(low[1], high[1])
     axes.legend(frameon=False, loc="upper right")

@@ -19,10 +19,11 @@ from concurrent.futures import (
 from multiprocessing import get_context
 from typing import Any, Protocol
 
-from firstlap import __version__, _core
+from firstlap import _core
+from firstlap.common.errors import InputError, missing_extra
+from firstlap.common.version import __version__
+from firstlap.config.parameters import Values
 from firstlap.drivers import driver_kind
-from firstlap.errors import InputError, missing_extra
-from firstlap.parameters import Values
 from firstlap.tuning.candidate import Problem, Verdict, judge
 
 CONNECT_SECONDS = 10.0

@@ -6,11 +6,11 @@ from collections.abc import Iterable, Sequence
 from html import escape
 from typing import Any
 
-from firstlap import __version__
-from firstlap.parameters import Field
-from firstlap.race import RaceResult, race
-from firstlap.rules import check_rules
-from firstlap.setup_file import Setup
+from firstlap.common.version import __version__
+from firstlap.config.parameters import Field
+from firstlap.config.setup_file import Setup
+from firstlap.evaluation.rules import check_rules
+from firstlap.sim.race import RaceResult, race
 from firstlap.tuning.pictures import (
     MOTION,
     draw_front,
@@ -126,7 +126,7 @@ def _what(tuned: Tuned, found: dict[str, Any]) -> str:
 
 
 def _validation(validation: Validation) -> list[str]:
-    colour = "bad" if validation.over_tuned else "good"
+    color = "bad" if validation.over_tuned else "good"
     rows = []
     for place in validation.places:
         mine, theirs = place.tuned, place.compared
@@ -144,7 +144,7 @@ def _validation(validation: Validation) -> list[str]:
     head = ["where", "finished", "lap [s]", "clearance [m]"]
     return [
         "<h2>Validation</h2>",
-        f'<p class="verdict {colour}">{escape(validation.verdict)}</p>',
+        f'<p class="verdict {color}">{escape(validation.verdict)}</p>',
         table([*head, f"{validation.compared} finished", f"{validation.compared} lap [s]", ""], rows),
     ]
 
@@ -173,7 +173,7 @@ def _lines(tuned: Tuned) -> list[str]:
     if tuned.choice.holds is None:
         return []
     compared, holds = _drive(tuned, tuned.search.compared), _drive(tuned, _setup(tuned, "holds"))
-    words = f"A flying lap without spread: {compared.setup.name} dashed, the setup that holds coloured by its speed."
+    words = f"A flying lap without spread: {compared.setup.name} dashed, the setup that holds colored by its speed."
     return [
         "<h2>Driven lines</h2>",
         f"<p>{escape(words)}</p>",

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from firstlap import __version__
+from firstlap.common.version import __version__
 from firstlap.tracks.track import Track
 from firstlap.tuning.candidate import Problem
 from firstlap.tuning.choose import Choice, Chosen, choose, usual_laps

@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from firstlap.errors import InputError
-from firstlap.parameters import Values
-from firstlap.setup_file import Setup
+from firstlap.common.errors import InputError
+from firstlap.config.parameters import Values
+from firstlap.config.setup_file import Setup
 from firstlap.tuning.candidate import Problem, Verdict
 from firstlap.tuning.pool import Pool, race_all
 from firstlap.tuning.space import Point, Space
@@ -112,7 +112,7 @@ class Search:
             left = self._left(budget, number, sum(len(points) for points in probes.values()))
             trials = self._race([setup for points in probes.values() for setup in points][:left], number)
             number += len(trials)
-            self.trunk = self._best_neighbourhood(probes, trials)
+            self.trunk = self._best_neighborhood(probes, trials)
         round_, begun = 0, number
         optimizer = self._optimizer(round_, number)
         while left := self._left(budget, number, self.population):
@@ -150,8 +150,8 @@ class Search:
             found[index] = [self._setup(point, self.starts[index]) for point in points]
         return found
 
-    def _best_neighbourhood(self, probes: dict[int, list[Setup]], trials: Sequence[Trial]) -> Setup:
-        """The start whose neighbours do best in the middle: a fast setup that stands alone leads nowhere."""
+    def _best_neighborhood(self, probes: dict[int, list[Setup]], trials: Sequence[Trial]) -> Setup:
+        """The start whose neighbors do best in the middle: a fast setup that stands alone leads nowhere."""
         costs = [trial.cost for trial in trials]
         middle = {}
         for index, points in probes.items():

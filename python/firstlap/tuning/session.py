@@ -6,11 +6,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from firstlap import __version__
-from firstlap.car_file import Car
-from firstlap.drivers.registry import driver_kind
-from firstlap.errors import InputError
-from firstlap.setup_file import LOCAL, Setup, choose_setup, list_setups, load_setup
+from firstlap.common.errors import InputError
+from firstlap.common.version import __version__
+from firstlap.config.car_file import Car
+from firstlap.config.driver_kind import driver_kind
+from firstlap.config.setup_file import LOCAL, Setup, choose_setup, list_setups, load_setup
 from firstlap.tracks.track import Track
 from firstlap.tuning.candidate import Problem, plain_car
 from firstlap.tuning.space import Space, make_space

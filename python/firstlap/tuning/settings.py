@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from firstlap.parameters import Values
+from firstlap.config.parameters import Values
 from firstlap.tuning.run import Tuned
 from firstlap.tuning.study import Trial
 

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from firstlap.errors import InputError
-from firstlap.parameters import Field, FieldTable, Value, Values
-from firstlap.setup_file import Setup
+from firstlap.common.errors import InputError
+from firstlap.config.parameters import Field, FieldTable, Value, Values
+from firstlap.config.setup_file import Setup
 
 REACH = 2.0
 DIGITS = 4

@@ -10,8 +10,8 @@ import numpy as np
 from scipy.linalg import hadamard
 
 from firstlap import _core
-from firstlap.car_file import Car
-from firstlap.parameters import FieldTable, Value
+from firstlap.config.car_file import Car
+from firstlap.config.parameters import FieldTable, Value
 
 
 def _row(section: str, name: str, unit: str, span: tuple[float, float], default: Value, doc: str) -> dict[str, object]:
@@ -30,7 +30,7 @@ def _row(section: str, name: str, unit: str, span: tuple[float, float], default:
 
 JUDGE_FIELDS = FieldTable(
     [
-        _row("spread", "friction", "", (0.0, 0.5), 0.1, "tyre grip differs by this share, either way"),
+        _row("spread", "friction", "", (0.0, 0.5), 0.1, "tire grip differs by this share, either way"),
         _row("spread", "delay", "s", (0.0, 0.1), 0.02, "steering and speed delay differ by this, never below zero"),
         _row("spread", "mass", "", (0.0, 0.5), 0.1, "mass and yaw inertia differ by this share"),
         _row("spread", "servo", "", (0.0, 0.9), 0.2, "the servo's time constant differs by this share"),

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from firstlap.errors import InputError, missing_extra
-from firstlap.file_lock import locked
-from firstlap.output import check_readable
-from firstlap.parameters import Values
+from firstlap.common.errors import InputError, missing_extra
+from firstlap.common.file_lock import locked
+from firstlap.common.files import check_readable
+from firstlap.config.parameters import Values
 from firstlap.tracks.track import Track
 from firstlap.tuning.candidate import Verdict
 from firstlap.tuning.space import Space

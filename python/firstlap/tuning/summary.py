@@ -7,9 +7,9 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from firstlap import __version__
-from firstlap.rules import check_rules
-from firstlap.setup_file import Setup
+from firstlap.common.version import __version__
+from firstlap.config.setup_file import Setup
+from firstlap.evaluation.rules import check_rules
 from firstlap.tuning.candidate import Verdict
 from firstlap.tuning.choose import Chosen
 from firstlap.tuning.run import Tuned

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
-from firstlap.parameters import Values
+from firstlap.config.parameters import Values
 from firstlap.tracks.track import Track
 from firstlap.tuning.candidate import Problem, Verdict
 from firstlap.tuning.choose import Progress, race_conditions

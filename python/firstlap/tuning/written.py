@@ -7,10 +7,10 @@ from pathlib import Path
 
 import yaml
 
-from firstlap.drivers.registry import driver_kind
-from firstlap.output import write_whole
-from firstlap.parameters import Values
-from firstlap.setup_file import LOCAL
+from firstlap.common.files import write_whole
+from firstlap.config.driver_kind import driver_kind
+from firstlap.config.parameters import Values
+from firstlap.config.setup_file import LOCAL
 
 
 def setup_text(driver: str, given: Values, header: list[str]) -> str:

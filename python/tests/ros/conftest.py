@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 from running import PATIENCE, Running
 
-from firstlap.errors import InputError
+from firstlap.common.errors import InputError
 from firstlap.ros import require_ros
 from firstlap.ros.domains import own_domain
 

@@ -19,7 +19,7 @@ from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
 import firstlap
-from firstlap.driving import Driving
+from firstlap.drivers.driving import Driving
 from firstlap.ros import sim_messages as make
 from firstlap.ros.domains import own_domain
 from firstlap.ros.drive_node import DriveNode

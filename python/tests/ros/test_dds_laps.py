@@ -18,9 +18,9 @@ from sensor_msgs.msg import LaserScan
 from visualization_msgs.msg import MarkerArray
 
 import firstlap
+from firstlap.pitwall.ros_source import RosSource
 from firstlap.ros.conversions import yaw_of
-from firstlap.simulate import Lidar
-from firstlap.view.ros_source import RosSource
+from firstlap.sim.simulate import Lidar
 
 pytestmark = pytest.mark.dds
 

@@ -15,10 +15,10 @@ import shapely
 from lifecycle_msgs.msg import Transition
 
 import firstlap
-from firstlap.errors import InputError
-from firstlap.view.frame import Frame
-from firstlap.view.ros_source import RosSource
-from firstlap.view.source import Drives
+from firstlap.common.errors import InputError
+from firstlap.pitwall.frame import Frame
+from firstlap.pitwall.ros_source import RosSource
+from firstlap.pitwall.source import Drives
 
 pytestmark = pytest.mark.dds
 

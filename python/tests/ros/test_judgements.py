@@ -11,9 +11,10 @@ import pytest
 
 import firstlap
 from firstlap.cli import run
-from firstlap.driving import Driving
-from firstlap.errors import InputError
-from firstlap.frames import Frames, mount_of
+from firstlap.common.errors import InputError
+from firstlap.drivers.driving import Driving
+from firstlap.perception.frames import Frames, mount_of
+from firstlap.perception.scan import Mount
 from firstlap.ros import require_ros
 from firstlap.ros.conversions import judged, sweep_of, to_scan
 from firstlap.ros.periods import BOUNDS
@@ -32,8 +33,7 @@ from firstlap.ros.preflight import (
     turn_between,
 )
 from firstlap.ros.sim_topics import gym_names, our_names
-from firstlap.scan import Mount
-from firstlap.simulate import Lidar
+from firstlap.sim.simulate import Lidar
 
 
 def scan_message(ranges: Any, **changes: Any) -> Any:
@@ -76,9 +76,9 @@ def test_a_scan_that_is_no_measurement_is_named_by_the_judge_of_all() -> None:
 
 
 def test_a_sweep_longer_than_the_period_is_worth_a_remark_and_no_reason() -> None:
-    scan, judgement = judged(scan_message(np.ones(100), time_increment=0.01), AHEAD, 0.1)
-    assert (judgement.reason, len(scan.ranges)) == ("", 100)
-    assert any("time_increment" in remark for remark in judgement.remarks)
+    scan, judgment = judged(scan_message(np.ones(100), time_increment=0.01), AHEAD, 0.1)
+    assert (judgment.reason, len(scan.ranges)) == ("", 100)
+    assert any("time_increment" in remark for remark in judgment.remarks)
 
 
 def test_a_laser_upside_down_or_turned_gives_the_same_points() -> None:

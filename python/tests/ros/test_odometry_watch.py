@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import firstlap
+from firstlap.perception.scan import Mount, Scan
 from firstlap.ros.odometry_watch import OdometryWatch
-from firstlap.scan import Mount, Scan
-from firstlap.simulate import Lidar
+from firstlap.sim.simulate import Lidar
 
 PERIOD = 0.05
 MOUNT = Mount(0.27, 0.0, 0.0, False)

@@ -13,7 +13,7 @@ import pytest
 import yaml
 
 import firstlap
-from firstlap.errors import InputError
+from firstlap.common.errors import InputError
 from firstlap.ros import require_ros
 
 ROOT = Path(__file__).resolve().parents[3]

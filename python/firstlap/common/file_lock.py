@@ -1,0 +1,67 @@
+"""Files that one process at a time may write. The kernel drops a lock with its holder: none is ever stale."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import IO, Any
+
+from firstlap.common.errors import InputError
+
+
+def lock_open_file(file: IO[Any], path: Path, busy: str, *, wait: bool = False) -> None:
+    """Locks an open file until it is closed. Raises InputError: `busy`, where another process has it.
+
+    wait: for that process, rather than raise.
+    """
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
+    except BlockingIOError:
+        raise InputError(busy) from None
+    except OSError as error:
+        raise InputError(f"{path}: cannot be locked ({error.strerror})") from None
+
+
+@contextmanager
+def locked(path: Path, key: str, busy: str, *, wait: bool = False) -> Iterator[None]:
+    """Holds a hidden lock file beside `path`, which is there only meanwhile. Raises InputError, as `lock_open_file`.
+
+    key: tells the locks of one file from each other; part of a file name.
+    """
+    lock = path.with_name(f".{path.name}.{key}.lock")
+    file = _hold(lock, path, busy, wait)
+    try:
+        yield
+    finally:
+        # Before the lock is let go: whoever waits for this file finds that it lost its name, and begins anew.
+        with suppress(OSError):
+            lock.unlink()
+        file.close()
+
+
+def _hold(lock: Path, path: Path, busy: str, wait: bool) -> IO[Any]:
+    """The open lock file that has this name: the one before may have been removed while it was waited for."""
+    while True:
+        try:
+            file = lock.open("w")
+        except OSError as error:
+            raise InputError(f"{path}: cannot be written ({error.strerror})") from None
+        try:
+            lock_open_file(file, path, busy, wait=wait)
+            if _is_named(file, lock):
+                return file
+        except BaseException:
+            file.close()
+            raise
+        file.close()
+
+
+def _is_named(file: IO[Any], path: Path) -> bool:
+    try:
+        there = path.stat()
+    except FileNotFoundError:
+        return False
+    return os.path.samestat(os.fstat(file.fileno()), there)

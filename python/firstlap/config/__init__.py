@@ -1,0 +1,1 @@
+"""Setups, cars and drivers: their field tables and files."""

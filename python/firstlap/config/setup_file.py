@@ -1,0 +1,164 @@
+"""Setups: one YAML file of parameters each, holding what differs from the defaults of the C++ core."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from firstlap import _core
+from firstlap.common.data_folder import data_folder
+from firstlap.common.errors import InputError
+from firstlap.common.yaml_text import parse_mapping, read_text
+from firstlap.config.driver_kind import DRIVERS, Params, driver_kind
+from firstlap.config.parameters import FieldTable, Value, Values, says_something
+
+LOCAL = "local"
+SETUP_FIELDS = DRIVERS[LOCAL].fields
+
+
+@dataclass(frozen=True)
+class Setup:
+    """A set of parameters of one driver. Immutable: `with_values` gives a changed copy.
+
+    given: what the file and the changes after it say; everything else is at its default.
+    """
+
+    name: str
+    given: Values = field(default_factory=dict)
+    source: str = ""
+    changed: Values = field(default_factory=dict)
+    driver: str = LOCAL
+
+    @property
+    def fields(self) -> FieldTable:
+        """The field table of its driver."""
+        return driver_kind(self.driver).fields
+
+    @property
+    def title(self) -> str:
+        """For people: "setup race", "gap, setup gap_arena"."""
+        return f"setup {self.name}" if self.driver == LOCAL else f"driver {self.driver}, setup {self.name}"
+
+    def with_values(self, values: Mapping[str, Value]) -> Setup:
+        """A copy with e.g. {"k_ang": 0.3, "stanley.k_dist": 1.0}. Raises InputError: name, value, range."""
+        new: Values = {}
+        for name, value in values.items():
+            entry = self.fields.find(name, "setup")
+            new[entry.section, entry.name] = self.fields.check(entry, value, "setup")
+        return self._with(new, "setup")
+
+    def with_assignments(self, assignments: list[str]) -> Setup:
+        """A copy with ["k_ang=0.3", ...], as of the option --set. Raises InputError."""
+        new: Values = {}
+        for text in assignments:
+            entry, value = self.fields.parse_assignment(text)
+            new[entry.section, entry.name] = value
+        return self._with(new, "--set")
+
+    def _with(self, new: Values, where: str) -> Setup:
+        setup = replace(self, given={**self.given, **new}, changed={**self.changed, **new})
+        setup.validate(where)
+        return setup
+
+    def with_given(self, values: Values) -> Setup:
+        """A copy with values that a recording asks for; they do not count as changed by a person."""
+        return replace(self, given={**self.given, **values})
+
+    def validate(self, where: str, car: _core.Car | None = None) -> None:
+        """Raises InputError where values contradict each other, or the car's."""
+        try:
+            self.params(car).validate()
+        except ValueError as error:
+            raise InputError(f"{where}: {error}") from None
+
+    def params(self, car: _core.Car | None = None) -> Any:
+        """For its driver (`_core.Params` for local). With a car, its body replaces what the setup does not say."""
+        params: Params = driver_kind(self.driver).new_params()
+        if car is not None and "car" in self.fields.sections:
+            for name, value in car.values()["geometry"].items():
+                params.set("car", name, value)
+        for (section, name), value in self.given.items():
+            params.set(section, name, value)
+        return params
+
+    def values(self) -> dict[str, dict[str, Value]]:
+        """Every parameter, {section: {name: value}}."""
+        return self.params().values()
+
+    def get(self, name: str) -> Value:
+        """One parameter by its name or section.name. Raises InputError."""
+        entry = self.fields.find(name, "setup")
+        return self.given.get((entry.section, entry.name), entry.default)
+
+
+def setups_folder() -> Path:
+    """Where our own setups lie: in the installed package, or in the source checkout around it."""
+    return data_folder("setups")
+
+
+def list_setups(driver: str | None = None) -> list[str]:
+    """Names of our own setups, sorted; of one driver, or all."""
+    names = sorted(path.stem for path in setups_folder().glob("*.yaml"))
+    return [name for name in names if driver is None or load_setup(name).driver == driver]
+
+
+def load_setup(spec: str | Path, driver: str | None = None) -> Setup:
+    """A setup of ours by its name, or the setup in a YAML file. Raises InputError, also where it is of another driver.
+
+    A setup file says whose it is with a line `driver: NAME`; without, it is of `local`.
+    """
+    setup = _load(spec)
+    if driver is not None and setup.driver != driver:
+        ours = ", ".join(list_setups(driver)) or "none"
+        raise InputError(
+            f"setup {setup.name} ({setup.source}) is for the driver {setup.driver}, not for {driver}; "
+            f"ours for {driver}: {ours}"
+        )
+    return setup
+
+
+def choose_setup(driver: str | None, setup: str | Path | Setup | None) -> Setup:
+    """The setup for a driver and a setup of which either may be left out. Raises InputError.
+
+    Neither: local with `sure`. Driver alone: its default setup. Setup alone: whatever driver it is for.
+    """
+    if driver is not None:
+        driver_kind(driver)
+    if isinstance(setup, Setup):
+        if driver is not None and setup.driver != driver:
+            raise InputError(f"setup {setup.name} is for the driver {setup.driver}, not for {driver}")
+        return setup
+    if setup is None:
+        return load_setup(driver_kind(driver or LOCAL).default_setup, driver)
+    return load_setup(setup, driver)
+
+
+def _load(spec: str | Path) -> Setup:
+    names = sorted(path.stem for path in setups_folder().glob("*.yaml"))
+    if str(spec) in names:
+        return _read(setups_folder() / f"{spec}.yaml", str(spec))
+    path = Path(spec)
+    if path.suffix in (".yaml", ".yml") or (str(spec) and path.exists()):
+        return _read(path, path.stem)
+    near = difflib.get_close_matches(str(spec), names, n=1, cutoff=0.5)
+    hint = f"did you mean {near[0]}?" if near else f"ours are {', '.join(names)}"
+    raise InputError(f"'{str(spec)[:200]}': no such setup or file; {hint}")
+
+
+def parse_setup(text: str, where: str, name: str | None = None) -> Setup:
+    """The setup in the text of a YAML file; `where` names the file in messages. Raises InputError."""
+    if not says_something(text):
+        raise InputError(f"{where}: nothing but comments; expected sections ({', '.join(SETUP_FIELDS.sections)})")
+    data = dict(parse_mapping(text, where))
+    kind = driver_kind(data.pop("driver", LOCAL), f"{where}: driver")
+    values = kind.fields.check_sections(data, where)
+    setup = Setup(name or Path(where).stem, values, where, driver=kind.name)
+    setup.validate(where)
+    return setup
+
+
+def _read(path: Path, name: str) -> Setup:
+    return parse_setup(read_text(path), str(path), name)

@@ -1,0 +1,1 @@
+"""How to follow a line: model predictive control."""

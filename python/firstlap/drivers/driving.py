@@ -1,0 +1,110 @@
+"""A driver of the registry whose parameters change while it drives, fed with scans in its laser's mount."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from firstlap import _core
+from firstlap.common.errors import InputError
+from firstlap.config.car_file import CAR_FIELDS, Car
+from firstlap.config.driver_kind import Handle, Preparation, driver_kind
+from firstlap.config.parameters import Field, Value
+from firstlap.config.setup_file import Setup, choose_setup
+from firstlap.drivers.racer import Command, step_core
+from firstlap.perception.scan import LASER, Mount, Scan
+
+
+class Driving:
+    """setup: as of `firstlap race`. car: its body replaces what the setup does not say itself. preparation: of a driver
+    that needs a map, which begins anew with every change. Raises InputError."""
+
+    def __init__(self, setup: Setup, car: Car | None = None, preparation: Preparation | None = None) -> None:
+        self.setup = setup
+        self.car = car
+        self.preparation = preparation or Preparation()
+        self.kind = driver_kind(setup.driver)
+        if self.kind.needs_map and preparation is None:
+            raise InputError(f"driver {self.kind.name} needs a map of the track: it cannot drive a car that knows none")
+        self.laser: tuple[float, float] | None = None
+        self.handle = self._new()
+
+    @staticmethod
+    def of(driver: str, setup: str) -> Driving:
+        """By names, either may be empty. Raises InputError."""
+        return Driving(choose_setup(driver or None, setup or None))
+
+    @property
+    def fields(self) -> list[Field]:
+        """The field table of the driver."""
+        return self.kind.fields.fields
+
+    @property
+    def steering_limit(self) -> float:
+        """[rad]"""
+        has = "car" in self.kind.fields.sections
+        return float(self.setup.get("car.steering_limit") if has else CAR_FIELDS.find("steering_limit", "car").default)
+
+    @property
+    def laser_given(self) -> tuple[float, float]:
+        """x, y [m] of the laser as the setup says; (0, 0) where its driver has no car."""
+        if "car" not in self.kind.fields.sections:
+            return 0.0, 0.0
+        x, y = (float(self.setup.get(f"car.{name}")) for name in LASER)
+        return x, y
+
+    def change(self, values: Mapping[str, Value]) -> None:
+        """New parameters while driving. Raises InputError, and then nothing has changed."""
+        self.take(self.setup.with_values(values))
+
+    def take(self, setup: Setup) -> None:
+        """Another setup of the same driver while driving. Raises InputError, and then nothing has changed."""
+        before, self.setup = self.setup, setup
+        try:
+            self._apply()
+        except (InputError, ValueError) as error:
+            self.setup = before
+            raise InputError(str(error)) from None
+
+    def mount(self, mount: Mount) -> None:
+        """The laser sits there. Raises InputError where the method's range does not have it."""
+        if "car" in self.kind.fields.sections:
+            for name, value in zip(LASER, (mount.x, mount.y), strict=True):
+                self.kind.fields.check(self.kind.fields.find(f"car.{name}", "laser"), value, "laser")
+        self.laser = (mount.x, mount.y)
+        self._apply()
+
+    def step(self, scan: Scan, speed: float, yaw_rate: float, steering_angle: float, dt: float) -> Command:
+        """One command; see `Racer.step`."""
+        return step_core(
+            self.handle.core,
+            scan.ranges,
+            speed=speed,
+            yaw_rate=yaw_rate,
+            steering_angle=steering_angle,
+            dt=dt,
+            angle_min=scan.angle_min,
+            angle_increment=scan.angle_increment,
+            time_increment=scan.time_increment,
+            range_min=scan.range_min,
+            range_max=scan.range_max,
+        )
+
+    def reset(self) -> None:
+        """Forgets everything that was seen."""
+        self.handle.core.reset()
+
+    def _apply(self) -> None:
+        if isinstance(self.handle.core, _core.Racer):
+            self.handle.core.set_params(self._params())
+        else:
+            self.handle = self._new()
+
+    def _new(self) -> Handle:
+        return self.kind.make(self._params(), self.car, self.preparation)
+
+    def _params(self) -> _core.Params:
+        params = self.setup.params(self.car.core if self.car else None)
+        if self.laser is not None and "car" in self.kind.fields.sections:
+            for name, value in zip(LASER, self.laser, strict=True):
+                params.set("car", name, value)
+        return params

@@ -1,0 +1,170 @@
+"""The safety net: how hard the car may brake, and whether the scan shows the planned way free."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from firstlap import _core
+from firstlap.config.car_file import Car
+from firstlap.control.mpc.horizon import COURSE, OFFSET, Plan, S
+from firstlap.control.mpc.line_table import LineTable
+from firstlap.control.mpc.model import Model
+from firstlap.drivers.global_driver.params import GuardParams
+from firstlap.localization.localizer import ScanHeader
+from firstlap.perception.scan import laser_of, ray_ends
+from firstlap.tracks.track import FloatArray
+
+CRAWL = 0.3
+"""[m/s] below which a stopping car is told to stand."""
+EVERY = 0.25
+"""[m] from one place that is looked at to the next: less than the car is long, or a thin thing is missed between."""
+URGENT = 0.5
+"""Share of the braking that is there, beyond which the car begins to brake for what blocks its plan."""
+ACTING, SPARE = 0.15, 0.5
+"""[s] until a command acts, after as many scans as it takes to be sure; and [m] to be on the safe side."""
+HURRY = 1.2
+"""Brakes so much harder than the distance asks for: the command acts late."""
+
+
+def plan_poses(plan: Plan, table: LineTable, origin: tuple[float, float, float]) -> FloatArray:
+    """(N + 1, 3) poses of base_link along a plan, as seen from a pose in the frame of the line."""
+    return _poses(plan.states[S], plan.states[OFFSET], plan.states[COURSE], table, origin)
+
+
+def way_ahead(plan: Plan, table: LineTable, origin: tuple[float, float, float], length: float) -> FloatArray:
+    """(K, 3) the same every EVERY meters, and on beside the line until `length` [m] from the plan's beginning."""
+    states = plan.states
+    begin, end = (float(states[S, k]) for k in (0, -1))
+    s = np.arange(begin, max(end, begin + length), EVERY)
+    offset = np.interp(s, states[S], states[OFFSET])
+    return _poses(s, offset, np.interp(s, states[S], states[COURSE], right=0.0), table, origin)
+
+
+def _poses(
+    s: FloatArray, offset: FloatArray, course: FloatArray, table: LineTable, origin: tuple[float, float, float]
+) -> FloatArray:
+    place = s / table.spacing
+    index = np.floor(place).astype(np.intp)
+    i = index % len(table.points)
+    part = (place - index) * table.spacing
+    heading = table.heading[i] + part * table.curvature[i]
+    middle = table.heading[i] + 0.5 * part * table.curvature[i]
+    x = table.points[i, 0] + part * np.cos(middle) - offset * np.sin(heading) - origin[0]
+    y = table.points[i, 1] + part * np.sin(middle) + offset * np.cos(heading) - origin[1]
+    cosine, sine = math.cos(origin[2]), math.sin(origin[2])
+    return np.column_stack([cosine * x + sine * y, cosine * y - sine * x, heading + course - origin[2]])
+
+
+@dataclass(frozen=True)
+class Body:
+    """The car's rectangle in base_link and its laser, [m]."""
+
+    rear: float
+    front: float
+    half_width: float
+    laser: tuple[float, float]
+
+    @classmethod
+    def of(cls, car: Car) -> Body:
+        """Of a car."""
+        g = car.core.values()["geometry"]
+        rear = -float(g["rear_overhang"])
+        return cls(rear, rear + float(g["length"]), 0.5 * float(g["width"]), laser_of(g))
+
+
+def returns(
+    ranges: npt.NDArray[np.float32], header: ScanHeader, speed: float, yaw_rate: float, body: Body, reach: float
+) -> FloatArray:
+    """(N, 2) returns nearer than `reach` [m] in base_link at the end of the sweep, which the car's motion bends."""
+    good = _core.scan_returns(ranges, header.range_min, header.range_max).astype(bool)
+    index = np.flatnonzero(good & (ranges < reach))
+    distance = ranges[index].astype(np.float64)
+    angle = header.angle_min + header.angle_increment * index
+    before = header.time_increment * (len(ranges) - 1 - index)
+    turn = -yaw_rate * before
+    x, y = ray_ends(body.laser, angle, distance).T
+    c, s = np.cos(turn), np.sin(turn)
+    back = speed * before
+    return np.column_stack([c * x - s * y - back * np.cos(0.5 * turn), s * x + c * y - back * np.sin(0.5 * turn)])
+
+
+class Guard:
+    """Looks along the plan for returns that stand in its way."""
+
+    def __init__(self, params: GuardParams, car: Car, model: Model) -> None:
+        self.params, self.model, self.body = params, model, Body.of(car)
+        self.reset()
+
+    def reset(self) -> None:
+        """Forgets what was seen."""
+        self._seen = 0
+        self.blocked_at: float | None = None
+        self.braking: float | None = None
+
+    def look(self, poses: FloatArray, points: FloatArray) -> float | None:
+        """[m] of way along `poses` (N, 3) to the first that returns (M, 2) stand in; None where all are free.
+
+        Only what several scans in a row have seen counts.
+        """
+        found = self._first(poses, points)
+        self._seen = self._seen + 1 if found is not None else 0
+        self.blocked_at = found if self._seen >= self.params.blocked_scans else None
+        return self.blocked_at
+
+    def _first(self, poses: FloatArray, points: FloatArray) -> float | None:
+        if not len(points):
+            return None
+        body, shrink = self.body, self.params.shrink
+        c, s = np.cos(poses[:, 2:]), np.sin(poses[:, 2:])
+        dx, dy = points[:, 0] - poses[:, :1], points[:, 1] - poses[:, 1:2]
+        along, across = c * dx + s * dy, c * dy - s * dx
+        way = np.hypot(*poses[0, :2]) + np.append(0.0, np.cumsum(np.hypot(*np.diff(poses[:, :2], axis=0).T)))
+        inside = (along > body.rear + shrink) & (along < body.front - shrink)
+        inside &= np.abs(across) < body.half_width - shrink - self.params.doubt * way[:, None]
+        hit = np.flatnonzero(inside.sum(axis=1) >= self.params.blocking)
+        if not len(hit):
+            return None
+        # Between two poses the front came to the nearest of them.
+        i = int(hit[0])
+        deep = body.front - shrink - float(along[i][inside[i]].min())
+        return max(float(way[i]) - deep, float(way[i - 1]) if i else 0.0)
+
+    def reach(self, speed: float) -> float:
+        """[m] of way that must be seen free: to stop, with what the command takes to act."""
+        return self.params.gap + SPARE + speed * ACTING + HURRY * 0.5 * speed * speed / self.most_brake(speed, 0.0)
+
+    def most_brake(self, speed: float, yaw_rate: float) -> float:
+        """[m/s^2] that the tires have left for braking while the car corners."""
+        grip, use = self.model.grip, self.params.brake_use
+        cornering = min(1.0, abs(speed * yaw_rate) / grip.lateral)
+        left = math.sqrt(max(0.05, 1.0 - cornering * cornering))
+        return min(self.model.most_brake, grip.brake) * use * left
+
+    def stopping(self, speed: float, yaw_rate: float) -> float:
+        """The speed command that stops the car as soon as the tires allow. speed: when it acts."""
+        return self._braking(speed, self.most_brake(speed, yaw_rate))
+
+    def _braking(self, speed: float, brake: float) -> float:
+        command = speed - brake / self.model.gain_down
+        return command if command > CRAWL else 0.0
+
+    def before_block(self, speed: float, way: float, yaw_rate: float, wanted: float) -> tuple[float, bool]:
+        """The speed command with what blocks the plan in view, and whether that is the reason for it.
+
+        speed: when the command acts, `way` [m] from here. `braking` is what the next plan should know of.
+        """
+        self.braking = None
+        if self.blocked_at is None:
+            return wanted, False
+        room = self.blocked_at - self.params.gap - way
+        most = self.most_brake(speed, yaw_rate)
+        need = speed * speed / (2.0 * room) if room > 0.0 else most
+        if need < URGENT * most:
+            # Near walls a slow car may still creep up, never faster than it can stop.
+            return min(wanted, math.sqrt(2.0 * URGENT * most * room)), wanted > math.sqrt(2.0 * URGENT * most * room)
+        self.braking = min(HURRY * need, most)
+        return min(wanted, self._braking(speed, self.braking)), True

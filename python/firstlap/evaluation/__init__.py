@@ -1,0 +1,1 @@
+"""How good drivers, maps and perception are, measured."""

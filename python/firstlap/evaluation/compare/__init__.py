@@ -1,0 +1,1 @@
+"""Drivers against each other on one track."""

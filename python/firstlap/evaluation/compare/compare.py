@@ -1,0 +1,363 @@
+"""Drivers against each other: the same track, car, seeds and laps for all, on all cores."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import statistics
+import threading
+import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor, as_completed
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from firstlap import _core
+from firstlap.common.errors import InputError
+from firstlap.config.car_file import Car
+from firstlap.config.driver_kind import DRIVERS, Preparation, driver_kind
+from firstlap.config.setup_file import Setup, choose_setup
+from firstlap.evaluation.compare.record import Record, Store, race_key, to_record
+from firstlap.sim.race import latency_options, race
+from firstlap.tracks.track import Track
+
+
+@dataclass
+class Entry:
+    """A driver with a setup, and its races."""
+
+    setup: Setup
+    preparation: Preparation = field(default_factory=Preparation)
+    records: list[Record] = field(default_factory=list)
+
+    @property
+    def label(self) -> str:
+        """driver, or driver:setup where the setup is not its default one."""
+        default = driver_kind(self.setup.driver).default_setup
+        return self.setup.driver if self.setup.name == default else f"{self.setup.driver}:{self.setup.name}"
+
+    @property
+    def needs_map(self) -> bool:
+        """Whether it has to know the track before the race."""
+        return driver_kind(self.setup.driver).needs_map
+
+    def summary(self) -> dict[str, Any]:
+        """The row of the table; laps are the flying laps of the races that were finished."""
+        finished = [record for record in self.records if record.finished]
+        laps = [lap for record in finished for lap in record.flying]
+        times = [lap.time for lap in laps]
+        compute = np.concatenate([record.compute_times for record in self.records] or [np.zeros(0, np.float32)])
+        clearances = [lap.min_clearance for record in self.records for lap in record.laps]
+        return {
+            "driver": self.setup.driver,
+            "setup": self.setup.name,
+            "label": self.label,
+            "needs_map": self.needs_map,
+            "preparation": self.preparation.seconds,
+            "runs": len(self.records),
+            "finished": len(finished),
+            "success_rate": len(finished) / len(self.records) if self.records else None,
+            "best": min(times, default=None),
+            "median": statistics.median(times) if times else None,
+            "spread": statistics.pstdev(times) if times else None,
+            "mean_speed": sum(lap.distance for lap in laps) / sum(times) if times else None,
+            "distance": statistics.mean(lap.distance for lap in laps) if laps else None,
+            "min_clearance": 0.0 if any(r.contact for r in self.records) else min(clearances, default=None),
+            "compute_p50": float(np.percentile(compute, 50)) if len(compute) else None,
+            "compute_p99": float(np.percentile(compute, 99)) if len(compute) else None,
+            "skipped_scans": sum(record.skipped_scans for record in self.records),
+        }
+
+
+def parse_entries(text: str | None, car: Car) -> list[Entry]:
+    """local:race,gap,gap:gap_arena -> entries; None: every driver with its default setup. Raises InputError."""
+    words = [word.strip() for word in text.split(",")] if text is not None else list(DRIVERS)
+    entries: list[Entry] = []
+    for word in words:
+        name, colon, setup = word.partition(":")
+        if not name or (colon and not setup):
+            raise InputError(f"--drivers '{text}': expected DRIVER or DRIVER:SETUP, with commas between")
+        driver_kind(name, "--drivers")
+        entries.append(Entry(choose_setup(name, setup or None)))
+        entries[-1].setup.params(car.core)
+    labels = [entry.label for entry in entries]
+    twice = next((label for label in labels if labels.count(label) > 1), None)
+    if twice:
+        raise InputError(f"--drivers '{text}': {twice} is named twice")
+    return entries
+
+
+class Comparison:
+    """All entries on one track. Races that a store knows are not raced again."""
+
+    def __init__(
+        self,
+        track: Track,
+        entries: Sequence[Entry],
+        car: Car,
+        *,
+        laps: int,
+        seeds: int,
+        latency: str,
+        store: Store,
+        options: Mapping[str, float] | None = None,
+        jobs: int | None = None,
+    ) -> None:
+        """options: conditions of the table `OPTION_FIELDS`, for every race. Raises InputError."""
+        latency_options(latency)
+        self.track = track
+        self.entries = list(entries)
+        self.car = car
+        self.laps = laps
+        self.seeds = seeds
+        self.latency = latency
+        self.store = store
+        self.options = dict(options or {})
+        self.jobs = jobs or os.cpu_count() or 1
+        self.from_store = 0
+
+    @property
+    def races(self) -> int:
+        """How many there are in all."""
+        return len(self.entries) * self.seeds
+
+    def drive(
+        self,
+        done: Callable[[Entry, Record], object] | None = None,
+        preparing: Callable[[Entry, str, float], object] | None = None,
+    ) -> None:
+        """Drives what is missing; `done` is called in this thread after each race, `preparing` while a driver prepares.
+
+        Interrupted: what was finished stands, here and in the store.
+        """
+        missing = self._read_store(done)
+        in_threads = [job for job in missing if not driver_kind(job.entry.setup.driver).in_python]
+        in_processes = [job for job in missing if job not in in_threads]
+        for entry in self.entries:
+            if entry.needs_map:
+                self._prepare(entry, preparing)
+        for jobs, pool in ((in_threads, _Threads(self.jobs)), (in_processes, _Processes(self.jobs))):
+            if jobs:
+                pool.drive(self, jobs, done)
+        for entry in self.entries:
+            entry.records.sort(key=lambda record: record.seed)
+
+    def key(self, setup: Setup, seed: int) -> str:
+        """Of a race in the store."""
+        return race_key(self.track, setup, self.car, self.laps, seed, self.latency, self.options)
+
+    def take(self, entry: Entry, record: Record, done: Callable[[Entry, Record], object] | None) -> None:
+        """Keeps a race that was just driven."""
+        self.store.save(self.key(entry.setup, record.seed), record)
+        entry.records.append(record)
+        if done:
+            done(entry, record)
+
+    def _read_store(self, done: Callable[[Entry, Record], object] | None) -> list[_Job]:
+        missing = []
+        for entry in self.entries:
+            for seed in range(1, self.seeds + 1):
+                record = self.store.load(self.key(entry.setup, seed))
+                if record is None:
+                    missing.append(_Job(entry, seed))
+                    continue
+                self.from_store += 1
+                entry.records.append(record)
+                if done:
+                    done(entry, record)
+        return missing
+
+    def _prepare(self, entry: Entry, preparing: Callable[[Entry, str, float], object] | None) -> None:
+        def look(what: str, share: float) -> None:
+            if preparing:
+                preparing(entry, what, share)
+
+        kind = driver_kind(entry.setup.driver)
+        entry.preparation = kind.prepare(self.track, entry.setup, self.car, 1, look)
+
+    def to_dict(self) -> dict[str, Any]:
+        """As `firstlap compare --json` prints it."""
+        rows = [entry.summary() for entry in self.entries]
+        reference = reference_row(rows)
+        for row in rows:
+            both = reference is not None and row["median"] is not None
+            row["relative"] = row["median"] / reference["median"] if both and reference else None
+        return {
+            "track": self.track.name,
+            "track_length": round(self.track.length, 6),
+            "car": self.car.name,
+            "laps": self.laps,
+            "seeds": self.seeds,
+            "latency": self.latency,
+            "options": self.options,
+            "reference": reference["label"] if reference else None,
+            "entries": rows,
+            "order": paper_order(rows),
+        }
+
+
+def reference_row(rows: Iterable[dict[str, Any]]) -> dict[str, Any] | None:
+    """The row that laps are compared with: global, or the fastest of those that finished most often."""
+    driven = [row for row in rows if row["median"] is not None]
+    known = [row for row in driven if row["driver"] == "global"]
+    candidates = known or driven
+    return min(candidates, key=lambda row: (-(row["success_rate"] or 0.0), row["median"]), default=None)
+
+
+PAPER = {"reactive": 16.0, "local": 12.8, "global": 11.82}
+"""Seconds a lap of the paper's race: reactive, local planning with Stanley control, map and global line."""
+
+
+def paper_order(rows: Iterable[dict[str, Any]]) -> dict[str, Any]:
+    """Our median laps in the paper's three groups, the fastest of each that finished every race, beside the paper's."""
+    groups = {"local": "local", "global": "global"}
+    best: dict[str, tuple[float, str]] = {}
+    for row in rows:
+        if row["median"] is None or row["success_rate"] != 1.0:
+            continue
+        group = groups.get(row["driver"], "reactive")
+        best[group] = min(best.get(group, (float("inf"), "")), (row["median"], row["label"]))
+    gaps = {}
+    for name, slower, faster in (("reactive_to_local", "reactive", "local"), ("local_to_global", "local", "global")):
+        ours = best[slower][0] / best[faster][0] - 1.0 if slower in best and faster in best else None
+        gaps[name] = {"ours": ours, "paper": PAPER[slower] / PAPER[faster] - 1.0}
+    return {"laps": {name: {"median": lap, "label": label} for name, (lap, label) in best.items()}, "gaps": gaps}
+
+
+@dataclass(frozen=True)
+class _Job:
+    entry: Entry
+    seed: int
+
+    def __eq__(self, other: object) -> bool:
+        return self is other
+
+    def __hash__(self) -> int:
+        return id(self)
+
+
+class InterruptedComparisonError(Exception):
+    """The races were stopped from outside."""
+
+
+class _Threads:
+    """Drivers of the core: their races release the GIL."""
+
+    def __init__(self, jobs: int) -> None:
+        self.jobs = jobs
+        self._stop = threading.Event()
+
+    def drive(self, comparison: Comparison, jobs: Sequence[_Job], done: Callable[..., object] | None) -> None:
+        pool = ThreadPoolExecutor(max_workers=self.jobs)
+        _collect(pool, {pool.submit(self._race, comparison, job): job for job in jobs}, comparison, done, self._stop)
+
+    def _race(self, comparison: Comparison, job: _Job) -> Record:
+        return to_record(
+            race(
+                comparison.track,
+                job.entry.setup,
+                comparison.car,
+                laps=comparison.laps,
+                seed=job.seed,
+                latency=comparison.latency,
+                preparation=job.entry.preparation,
+                options=comparison.options,
+                look=self._look,
+            )
+        )
+
+    def _look(self, _running: object) -> None:
+        if self._stop.is_set():
+            raise InterruptedComparisonError
+
+
+class _Processes:
+    """Drivers in Python: each process has an interpreter of its own."""
+
+    begin: Callable[[], object] | None = None
+    """Called in each process before its first race, for drivers that no module of ours makes known."""
+
+    def __init__(self, jobs: int) -> None:
+        self.jobs = jobs
+
+    def drive(self, comparison: Comparison, jobs: Sequence[_Job], done: Callable[..., object] | None) -> None:
+        context = multiprocessing.get_context("spawn")
+        stop = context.Event()
+        track = replace(comparison.track)  # without what it has cached
+        pool = ProcessPoolExecutor(min(self.jobs, len(jobs)), context, _begin_process, (stop, self.begin))
+        car = (comparison.car.name, comparison.car.core.values())
+        futures = {}
+        for job in jobs:
+            given = job.entry.setup, job.seed, job.entry.preparation
+            arguments = (track, car, comparison.laps, comparison.latency, comparison.options, *given)
+            futures[pool.submit(_race_in_process, *arguments)] = job
+        _collect(pool, futures, comparison, done, stop)
+
+
+def _collect(
+    pool: Executor,
+    futures: dict[Future[Record], _Job],
+    comparison: Comparison,
+    done: Callable[..., object] | None,
+    stop: Any,
+) -> None:
+    try:
+        for future in as_completed(futures):
+            comparison.take(futures[future].entry, future.result(), done)
+    finally:
+        stop.set()
+        pool.shutdown(wait=True, cancel_futures=True)
+
+
+_stop_process: Any = None
+
+
+def _begin_process(stop: Any, begin: Callable[[], object] | None) -> None:
+    """Ctrl-C is the parent's business; it sets `stop`."""
+    global _stop_process
+    if begin:
+        begin()
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _stop_process = stop
+
+
+def _race_in_process(
+    track: Track,
+    car: tuple[str, dict[str, dict[str, float]]],
+    laps: int,
+    latency: str,
+    options: dict[str, float],
+    setup: Setup,
+    seed: int,
+    preparation: Preparation,
+) -> Record:
+    def look(_running: object) -> None:
+        if _stop_process.is_set():
+            raise InterruptedComparisonError
+
+    name, values = car
+    core = _core.Car()
+    for section, fields in values.items():
+        for field_name, value in fields.items():
+            core.set(section, field_name, value)
+    return to_record(
+        race(
+            track,
+            setup,
+            Car(name, core),
+            laps=laps,
+            seed=seed,
+            latency=latency,
+            preparation=preparation,
+            options=options,
+            look=look,
+        )
+    )
+
+
+def stamp() -> str:
+    """Date and time, UTC, for reports."""
+    return time.strftime("%Y-%m-%d %H:%M UTC", time.gmtime())

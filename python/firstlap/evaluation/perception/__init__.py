@@ -1,0 +1,1 @@
+"""What the method perceives, measured against what is there."""

@@ -1,0 +1,46 @@
+"""Perception on simulated scans: a car races, and every scan is measured against the walls that made it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from firstlap import _core
+from firstlap.config.car_file import Car
+from firstlap.config.setup_file import Setup
+from firstlap.drivers.racer import Racer
+from firstlap.evaluation.perception.metrics import Perception
+from firstlap.evaluation.perception.seen import Seen
+from firstlap.evaluation.perception.truth import Truth
+from firstlap.sim.race import start_race
+from firstlap.tracks.track import Track
+
+
+def measure(
+    track: Track,
+    setup: Setup,
+    car: Car,
+    *,
+    laps: int = 1,
+    seed: int = 1,
+    look: Callable[[_core.Race], object] | None = None,
+    each: Callable[[Seen, tuple[float, float, float], Perception], object] | None = None,
+) -> tuple[Perception, str]:
+    """Races `track` in its direction and measures every scan on the way; also how the race ended.
+
+    look: called about once a simulated second; an exception from it ends the race. each: called after every scan.
+    Raises InputError.
+    """
+    racer = Racer(setup, car)
+    running = start_race(track, racer, car, laps=laps, seed=seed)
+    perception = Perception(Truth.of(track))
+    front = setup.params(car.core).values()["car"]["wheelbase"]
+    time = running.time
+    while running.advance():
+        seen = Seen.of(racer.trace, front)
+        perception.add(seen, running.pose, running.time - time)
+        time = running.time
+        if each:
+            each(seen, running.pose, perception)
+        if look and perception.scans % 40 == 0:
+            look(running)
+    return perception, str(running.result()["outcome"])

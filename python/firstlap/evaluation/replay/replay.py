@@ -1,0 +1,285 @@
+"""A recording driven through by the planner: what would it have done with these scans?
+
+The car does not answer: each scan stands where the recorded car brought it.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import nullcontext
+from dataclasses import dataclass, field
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from firstlap import _core
+from firstlap.common.errors import InputError
+from firstlap.config.car_file import Car
+from firstlap.config.driver_kind import Handle, Preparation, driver_kind
+from firstlap.config.setup_file import LOCAL, Setup
+from firstlap.evaluation.replay.continuity import BIG_JUMP, Continuity
+from firstlap.mapping.contradictions import contradictions
+from firstlap.recordings.body import BodyMask, find_body
+from firstlap.recordings.laser import car_of
+from firstlap.recordings.recording import Recording
+from firstlap.recordings.replay_log import Log, log_of
+from firstlap.recordings.step_log import STATUSES, Columns, rows_of
+
+Floats = npt.NDArray[np.float64]
+
+SCANS_PER_CALL = 100
+PLANNED = (STATUSES.index("ok"), STATUSES.index("blocked"))
+NOTHING = np.zeros((0, 2))
+REACHES = (1.0, 2.0, 3.0)
+
+
+@dataclass(frozen=True)
+class ReplayResult:
+    """What one setup made of the recording: a column each, one entry per scan. SI units.
+
+    speed, steering_angle: commanded. status: index into STATUSES. microseconds: of the step. ahead: [m] of path before
+    the front axle. width: remembered track width. width_seen: median where both walls are seen, NaN elsewhere.
+    left, right: whether that wall is seen in this scan. jump: [m], NaN where there is nothing to compare.
+    changed: whether the side changed (see firstlap.evaluation.replay.continuity). From `ahead` on empty for drivers
+    other than local.
+    """
+
+    setup: Setup
+    speed: Floats
+    steering_angle: Floats
+    status: npt.NDArray[np.uint8]
+    microseconds: Floats
+    ahead: Floats
+    width: Floats
+    width_seen: Floats
+    left: npt.NDArray[np.bool_]
+    right: npt.NDArray[np.bool_]
+    jump: Floats
+    changed: npt.NDArray[np.bool_]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Summary of the drive. Lengths in meters, shares of all scans; None where nothing could be measured."""
+        names = [STATUSES[i] for i in self.status]
+        planned = np.isin(self.status, PLANNED)[: len(self.ahead)]
+        jumps = self.jump[np.isfinite(self.jump)]
+        return {
+            "driver": self.setup.driver,
+            "setup": self.setup.name,
+            "set": {f"{section}.{name}": value for (section, name), value in self.setup.changed.items()},
+            "statuses": {name: names.count(name) for name in STATUSES if name in names},
+            "sides": {
+                "both": share(self.left & self.right),
+                "one": share(self.left ^ self.right),
+                "none": share(~self.left & ~self.right),
+            },
+            "width": spread(self.width_seen, 5, 50, 95),
+            "available": {f"{reach:g}": share(planned & (self.ahead >= reach)) for reach in REACHES},
+            "jump": {**spread(self.jump, 50, 95), "big": share(jumps > BIG_JUMP), "scans": len(jumps)},
+            "changes_of_side": {"count": int(self.changed.sum()), "share": share(self.changed)},
+            "step_us": spread(self.microseconds, 50, 99),
+        }
+
+
+@dataclass(frozen=True)
+class Replay:
+    """A recording and what one setup, or two, made of it."""
+
+    recording: Recording
+    car: Car
+    driven: ReplayResult
+    against: ReplayResult | None = None
+    body: BodyMask | None = None
+    remarks: tuple[str, ...] = ()
+    seconds: float = 0.0
+    reading: float = 0.0
+
+    def to_dict(self) -> dict[str, Any]:
+        """As `firstlap replay --json` prints it."""
+        recording, driven = self.recording, self.driven
+        found: dict[str, Any] = {
+            "version": version("firstlap"),
+            "recording": recording.source,
+            "topics": recording.topics,
+            "sources": recording.sources,
+            "remarks": [*recording.remarks, *self.remarks],
+            "scans": len(recording),
+            "seconds": round(recording.duration, 3),
+            "from": round(float(recording.stamps[0]), 3),
+            "car": self.car.name,
+            **driven.to_dict(),
+            "recorded": self._recorded(),
+            "scans_per_second": self.rate,
+        }
+        if self.against is not None:
+            found["against"] = self.against.to_dict()
+            found["difference"] = difference(driven, self.against.speed, self.against.steering_angle)
+        return found
+
+    @property
+    def rate(self) -> float:
+        """Scans a second, reading included."""
+        setups = 1 if self.against is None else 2
+        return round(setups * len(self.recording) / max(self.seconds + self.reading, 1e-9), 1)
+
+    def _recorded(self) -> dict[str, Any] | None:
+        commands = self.recording.commands
+        if commands is None:
+            return None
+        return {"topic": commands.topic, **difference(self.driven, commands.speed, commands.steering_angle)}
+
+    def plot(self, path: str | Path) -> None:
+        """Writes a picture of it over time. Raises InputError."""
+        from firstlap.evaluation.replay.plot import plot_replay
+
+        plot_replay(self, path)
+
+
+def replay(
+    recording: Recording,
+    setup: Setup,
+    car: Car,
+    *,
+    against: Setup | None = None,
+    mask_body: bool = True,
+    look: Callable[[int], object] | None = None,
+    record: str | Path | None = None,
+) -> Replay:
+    """Drives `setup`, and `against`, through the recording.
+
+    mask_body: mask returns of the car itself where the setup's own mask leaves them, unless the setup sets its mask.
+    look: called with the scans done, of both setups. record: an .mcap file for a log of what `setup` did. Raises
+    InputError.
+    """
+    begin = time.perf_counter()
+    car = car_of(recording, car)
+    setup, body, remarks = prepared(recording, setup, mask_body)
+    with log_of(recording, setup, car, record) if record is not None else nullcontext() as log:
+        driven = _drive(recording, setup, car, look, log)
+    other = None
+    if against is not None:
+        against, _, _ = prepared(recording, against, mask_body)
+        other = _drive(recording, against, car, look and (lambda done: look(len(recording) + done)), None)
+    return Replay(
+        recording=recording,
+        car=car,
+        driven=driven,
+        against=other,
+        body=body,
+        remarks=(*remarks, *contradictions(recording, car)),
+        seconds=time.perf_counter() - begin,
+    )
+
+
+def prepared(recording: Recording, setup: Setup, mask_body: bool) -> tuple[Setup, BodyMask | None, tuple[str, ...]]:
+    """The setup with what the recording says of its car, the mask of the car's body, and what was done in words.
+
+    What a person, the setup's file or a log of ours says itself stays.
+    """
+    if recording.about is not None or setup.driver != LOCAL:
+        return setup, None, ()
+    given = any(("scan", name) in setup.given for name in ("mask_angle", "mask_range"))
+    body = find_body(recording, setup) if mask_body and not given else None
+    if body is None:
+        return setup, None, ()
+    setup = setup.with_given({("scan", "mask_angle"): body.mask_angle, ("scan", "mask_range"): body.mask_range})
+    return setup, body, (f"{body.beams} beams see the car itself: masked by {body.assignments}",)
+
+
+def driver_for(setup: Setup, car: Car) -> Handle:
+    """The driver of the setup. Raises InputError where it needs a map, which a recording has not."""
+    kind = driver_kind(setup.driver)
+    if kind.needs_map:
+        raise InputError(f"driver {kind.name}: needs a map of the track before it drives; a recording has none")
+    return kind.make(setup.params(car.core), car, Preparation())
+
+
+def batches(recording: Recording, driver: _core.Driver) -> Iterator[tuple[slice, dict[str, Any]]]:
+    """Steps through the recording; yields the scans done and their columns."""
+    for first in range(0, len(recording), SCANS_PER_CALL):
+        part = slice(first, min(first + SCANS_PER_CALL, len(recording)))
+        scans = recording.ranges[part]
+        yield (
+            part,
+            _core.replay(
+                driver,
+                np.concatenate(scans),
+                np.array([len(one) for one in scans], dtype=np.int64),
+                np.ascontiguousarray(recording.headers[part]),
+                np.ascontiguousarray(recording.states[part]),
+                np.ascontiguousarray(recording.dts[part]),
+            ),
+        )
+
+
+@dataclass
+class _Collected:
+    """Columns of the batches so far."""
+
+    parts: dict[str, list[npt.NDArray[Any]]] = field(default_factory=dict)
+
+    def add(self, **columns: npt.NDArray[Any]) -> None:
+        for name, values in columns.items():
+            self.parts.setdefault(name, []).append(values)
+
+    def whole(self) -> dict[str, npt.NDArray[Any]]:
+        return {name: np.concatenate(parts) for name, parts in self.parts.items()}
+
+
+def _drive(
+    recording: Recording,
+    setup: Setup,
+    car: Car,
+    look: Callable[[int], object] | None,
+    log: Log | None,
+) -> ReplayResult:
+    driver, continuity, collected = driver_for(setup, car), Continuity(), _Collected()
+    for part, columns in batches(recording, driver.core):
+        collected.add(**{name: columns[name] for name in ("speed", "steering_angle", "status", "microseconds")})
+        collected.add(**{name: columns[name] for name in ("ahead", "width", "width_seen")})
+        collected.add(left=columns["left_seen"] > 0, right=columns["right_seen"] > 0)
+        collected.add(**_continued(recording, part, columns, continuity))
+        if log:
+            log.put(part, columns)
+        if look:
+            look(part.stop)
+    return ReplayResult(setup=setup, **collected.whole())
+
+
+def _continued(
+    recording: Recording, part: slice, columns: Columns, continuity: Continuity
+) -> dict[str, npt.NDArray[Any]]:
+    found = []
+    planned = np.isin(columns["status"], PLANNED)
+    rows = (rows_of(columns, name) for name in ("path", "left", "right"))
+    for i, (path, left, right) in enumerate(zip(*rows, strict=True)):
+        ahead = path[columns["nearest"][i] :, 1:3] if planned[i] else NOTHING
+        left, right = left[: columns["left_seen"][i], :2], right[: columns["right_seen"][i], :2]
+        scan = part.start + i
+        found.append(continuity.add(ahead, left, right, recording.states[scan], float(recording.dts[scan])))
+    return {"jump": np.array([jump for jump, _ in found]), "changed": np.array([flag for _, flag in found], dtype=bool)}
+
+
+def difference(driven: ReplayResult, speed: Floats, steering_angle: Floats) -> dict[str, Any]:
+    """Absolute difference of the commands, median and 95th percentile, over the scans that have both."""
+    return {
+        "scans": int((np.isfinite(speed) | np.isfinite(steering_angle)).sum()),
+        "speed": spread(np.abs(driven.speed - speed), 50, 95),
+        "steering_angle": spread(np.abs(driven.steering_angle - steering_angle), 50, 95),
+    }
+
+
+def spread(values: Floats, *percents: int) -> dict[str, float | None]:
+    """{"p5": ..., "median": ...} of what is finite."""
+    good = values[np.isfinite(values)]
+    found = np.percentile(good, percents) if len(good) else [None] * len(percents)
+    names = ["median" if percent == 50 else f"p{percent}" for percent in percents]
+    return {name: None if value is None else round(float(value), 5) for name, value in zip(names, found, strict=True)}
+
+
+def share(flags: npt.NDArray[np.bool_]) -> float | None:
+    """Share of true ones."""
+    return round(float(np.mean(flags)), 5) if len(flags) else None

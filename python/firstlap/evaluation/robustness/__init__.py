@@ -1,0 +1,1 @@
+"""Races under errors of sensors, car and track."""

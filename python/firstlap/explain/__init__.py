@@ -1,0 +1,1 @@
+"""One step of a driver, in a picture."""

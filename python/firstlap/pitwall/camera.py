@@ -1,0 +1,186 @@
+"""Where each viewer looks from, and what each one hides.
+
+To follow the car, nothing is done to a viewer's camera: the viewer gets nodes of its own in place of those that hold
+the map and the car, and these move under the camera. So whoever zooms, pans or tilts meanwhile keeps what he has, and
+no viewer changes what another one sees.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from threading import RLock
+
+import numpy as np
+import viser
+
+from firstlap.pitwall.desk import assign
+from firstlap.pitwall.frame import Points, Pose, Scenery
+from firstlap.pitwall.layers import CAR, LAYERS, MAP, Layer
+from firstlap.pitwall.shapes import about_z, compose, inverse
+
+FREE, FOLLOW, TURN = "Free", "Follow", "Follow and turn"
+MODES = (FREE, FOLLOW, TURN)
+FIELD_OF_VIEW = math.radians(40.0)
+HEIGHT = 16.0
+"""[m] of the camera over the ground, to begin with."""
+AHEAD = 1.4
+"""[m] by which it looks ahead of a car that always points upwards."""
+TILT = 1e-3
+"""[m] The camera looks straight down but for this: where it looks then is up on the screen."""
+NO_TRACK = 10.0
+"""[m] around the car that an overview shows where no track is known."""
+HINT = "drag to turn, right button to move, wheel to zoom: in every mode"
+Ray = tuple[float, float, float]
+ORIGIN: Pose = (0.0, 0.0, 0.0)
+
+
+def first_look(server: viser.ViserServer) -> None:
+    """What every new viewer's camera begins with, fit for `TURN`."""
+    camera = server.initial_camera
+    camera.fov = FIELD_OF_VIEW
+    camera.position = (AHEAD - TILT, 0.0, HEIGHT)
+    camera.look_at = (AHEAD, 0.0, 0.0)
+
+
+OnMap = Callable[[Ray, Ray], "tuple[float, float] | None"]
+"""x, y [m] in the map frame of the ground that a `SceneClickEvent`'s ray meets: from its origin and direction."""
+
+
+def on_ground(origin: Ray, direction: Ray) -> tuple[float, float] | None:
+    """Where a ray [m] meets z = 0; None where it does not."""
+    if not direction[2] or (along := -origin[2] / direction[2]) <= 0.0:
+        return None
+    x, y = origin[0] + along * direction[0], origin[1] + along * direction[1]
+    return (x, y) if math.isfinite(x) and math.isfinite(y) else None
+
+
+class Viewpoint:
+    """One viewer's. Any thread may call."""
+
+    def __init__(self, client: viser.ClientHandle, scenery: Scenery) -> None:
+        self._client = client
+        self._bounds = scenery.bounds()
+        self._lock = RLock()
+        self.mode = TURN
+        self._pose: Pose = ORIGIN
+        self._map_at: Pose = ORIGIN
+        with client.atomic():
+            self._map = client.scene.add_frame(MAP, show_axes=False)
+            self._car = client.scene.add_frame(CAR, show_axes=False)
+            self._layers = {
+                layer.node: client.scene.add_frame(layer.node, show_axes=False, visible=layer.shown) for layer in LAYERS
+            }
+
+    def surround(self, scenery: Scenery) -> None:
+        """Another track is known."""
+        with self._lock:
+            self._bounds = scenery.bounds()
+
+    def show(self, pose: Pose) -> None:
+        """The car is there in the map frame."""
+        with self._lock, self._client.atomic():
+            self._pose = pose
+            self._map_at = self._map_wanted()
+            _place(self._map, self._map_at)
+            _place(self._car, compose(self._map_at, pose))
+
+    def choose(self, mode: str) -> None:
+        """One of `MODES`. The free one keeps the picture; the others begin with the car in its middle."""
+        with self._lock, self._client.atomic():
+            before, self.mode = self._map_at, mode
+            self.show(self._pose)
+            if mode == FREE:
+                self._move_camera(compose(self._map_at, inverse(before)))
+            elif mode == FOLLOW:
+                self._look_down(np.zeros(2), HEIGHT, np.array([0.0, 1.0]))
+            else:
+                self._look_down(np.array([AHEAD, 0.0]), HEIGHT, np.array([1.0, 0.0]))
+
+    def overview(self) -> None:
+        """All of the track, standing still."""
+        with self._lock, self._client.atomic():
+            self.mode = FREE
+            self.show(self._pose)
+            around = np.array(self._pose[:2])
+            low, high = self._bounds or (around - NO_TRACK, around + NO_TRACK)
+            half, camera = 0.5 * (high - low) + 1.0, self._client.camera
+            height = max(half[1], half[0] / aspect_of(camera)) / math.tan(0.5 * camera.fov)
+            self._look_down(0.5 * (low + high), height, np.array([0.0, 1.0]))
+
+    def hide(self, layer: Layer, hidden: bool) -> None:
+        """Hides a layer, or shows it again."""
+        self._layers[layer.node].visible = not hidden
+
+    def on_map(self, origin: Ray, direction: Ray) -> tuple[float, float] | None:
+        """As `OnMap`; what this viewer sees may have been moved under his camera."""
+        spot = on_ground(origin, direction)
+        return None if spot is None else compose(inverse(self._map_at), (*spot, 0.0))[:2]
+
+    def _map_wanted(self) -> Pose:
+        if self.mode == FREE:
+            return ORIGIN
+        return inverse(self._pose if self.mode == TURN else (*self._pose[:2], 0.0))
+
+    def _look_down(self, at: Points, height: float, up: Points) -> None:
+        """From above, so that `up` is up on the screen."""
+        camera = self._client.camera
+        camera.up_direction = (0.0, 0.0, 1.0)
+        camera.position = (*(at - TILT * up), height)
+        camera.look_at = (*at, 0.0)
+
+    def _move_camera(self, by: Pose) -> None:
+        camera = self._client.camera
+        moved = [(*compose(by, (p[0], p[1], 0.0))[:2], p[2]) for p in (camera.position, camera.look_at)]
+        camera.position, camera.look_at = moved
+
+
+def aspect_of(camera: viser.CameraHandle) -> float:
+    """Width by height of what is seen; of a page that is folded away, 1."""
+    if camera.image_width <= 0 or camera.image_height <= 0:
+        return 1.0
+    return camera.image_width / camera.image_height
+
+
+def _place(frame: viser.FrameHandle, pose: Pose) -> None:
+    frame.position = (pose[0], pose[1], 0.0)
+    frame.wxyz = about_z(pose[2])
+
+
+class ViewControls:
+    """A viewer's own buttons and ticks: how to follow, and what to hide."""
+
+    def __init__(self, gui: viser.GuiApi, viewpoint: Viewpoint) -> None:
+        mode = gui.add_dropdown("Camera", MODES, initial_value=viewpoint.mode, hint=HINT)
+        overview = gui.add_button("Whole track", icon=viser.Icon.MAP)
+
+        @mode.on_update
+        def _(_event: object) -> None:
+            viewpoint.choose(mode.value)
+
+        @overview.on_click
+        def _(_event: object) -> None:
+            assign(mode, "value", FREE)
+            viewpoint.overview()
+
+        self.toggles = LayerToggles(gui, viewpoint)
+
+
+class LayerToggles:
+    """A tick for each layer."""
+
+    def __init__(self, gui: viser.GuiApi, viewpoint: Viewpoint) -> None:
+        self.ticks: dict[str, viser.GuiCheckboxHandle] = {}
+        with gui.add_folder("Show"):
+            for layer in LAYERS:
+                self.ticks[layer.node] = self._tick(gui, viewpoint, layer)
+
+    @staticmethod
+    def _tick(gui: viser.GuiApi, viewpoint: Viewpoint, layer: Layer) -> viser.GuiCheckboxHandle:
+        tick = gui.add_checkbox(layer.title, layer.shown, hint=layer.doc)
+
+        @tick.on_update
+        def _(_event: object) -> None:
+            viewpoint.hide(layer, not tick.value)
+
+        return tick

@@ -1,0 +1,116 @@
+"""What may be changed of a simulated car and its world while it drives: rows of the core's own tables."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from firstlap import _core
+from firstlap.common.errors import InputError
+from firstlap.config.car_file import Car
+from firstlap.config.parameters import FieldTable, Value
+
+PACE, FRICTION = "view.pace", "world.mu_scale"
+LATENCY, COMPUTING = "race.delay_extra", "race.compute_latency"
+NOISE, LOST = "lidar.noise_sigma", "lidar.dropout_rate"
+DELAYS = ("steering_delay", "speed_delay")
+KEYS = (
+    FRICTION,
+    LATENCY,
+    COMPUTING,
+    "vehicle.steering_delay",
+    "vehicle.speed_delay",
+    "vehicle.servo_time_constant",
+    NOISE,
+    LOST,
+    "lidar.dropout_block_rate",
+    "lidar.dropout_block_beams",
+    "lidar.dropout_block_share",
+    "sensors.speed_noise",
+    "sensors.speed_scale_error",
+    "sensors.yaw_rate_noise",
+    "sensors.yaw_rate_bias",
+    "sensors.steering_noise",
+    "sensors.steering_offset",
+    "sensors.latency",
+    PACE,
+)
+OFTEN = (FRICTION, LATENCY, NOISE, LOST, PACE)
+PACE_ROW: dict[str, Any] = {
+    "section": "view",
+    "name": "pace",
+    "unit": "",
+    "min": 0.1,
+    "max": 20.0,
+    "default": 1.0,
+    "doc": "times real time; what the machine cannot do is given up",
+    "type": "float",
+}
+PACE_FIELDS = FieldTable([PACE_ROW])
+
+
+def checked_pace(pace: object, where: str = "--pace") -> float:
+    """Times real time. Raises InputError."""
+    return float(PACE_FIELDS.check(PACE_FIELDS.fields[0], pace, where))
+
+
+class Conditions:
+    """Their table, whose defaults are the loaded car's and the pace that was asked for, and their values now."""
+
+    def __init__(self, car: Car, pace: float = 1.0) -> None:
+        self.loaded = car
+        rows = [
+            *_core.WorldOptions.fields(),
+            *_core.RaceOptions.fields(),
+            *_core.Car.fields(),
+            {**PACE_ROW, "default": pace},
+        ]
+        by_key = {f"{row['section']}.{row['name']}": row for row in rows}
+        values = car.core.values()
+        self.table = FieldTable(
+            {**row, "default": values.get(row["section"], {}).get(row["name"], row["default"])}
+            for row in (by_key[key] for key in KEYS)
+        )
+        self.values: dict[str, Value] = {field.key: field.default for field in self.table.fields}
+
+    def get(self, name: str) -> Value:
+        """One of them by its name or section.name. Raises InputError."""
+        return self.values[self.table.find(name, "conditions").key]
+
+    def set(self, name: str, value: object) -> str:
+        """Its key, when it is set. Raises InputError, and then nothing has changed."""
+        field = self.table.find(name, "conditions")
+        before = self.values[field.key]
+        self.values[field.key] = self.table.check(field, value, "conditions")
+        try:
+            self.car().validate()
+        except (InputError, ValueError) as error:
+            self.values[field.key] = before
+            raise InputError(f"conditions: {error}") from None
+        return field.key
+
+    def car(self) -> _core.Car:
+        """The loaded car with what was changed of it."""
+        core = _core.Car(self.loaded.core)
+        for field in self.table.fields:
+            if field.section in ("vehicle", "lidar", "sensors"):
+                core.set(field.section, field.name, self.values[field.key])
+        for name in DELAYS:
+            row = self.table.find(f"vehicle.{name}", "conditions")
+            delay = float(self.values[row.key]) + float(self.values[LATENCY])
+            core.set(row.section, name, self.table.check(row, delay, f"with {LATENCY}"))
+        return core
+
+    @property
+    def pace(self) -> float:
+        """Times real time."""
+        return float(self.values[PACE])
+
+    @property
+    def computing(self) -> float:
+        """[s] that the driver computes over a scan."""
+        return float(self.values[COMPUTING])
+
+    @property
+    def friction(self) -> float:
+        """Times the car's."""
+        return float(self.values[FRICTION])

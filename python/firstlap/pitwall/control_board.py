@@ -1,0 +1,156 @@
+"""All rows of a field table as controls: grouped, searched, marked where changed, and put back."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from viser import Icon
+
+from firstlap.common.errors import InputError
+from firstlap.config.parameters import Field, FieldTable, Value
+from firstlap.pitwall.controls import Change, Control, Current, shown
+from firstlap.pitwall.desk import Desk, assign
+
+LONGEST_SEARCH = 60
+NOTHING_FOUND = '<div style="font-size:0.8em;padding:0 0.8em 0.5em">no parameter has all these words</div>'
+
+
+@dataclass
+class _Group:
+    label: str
+    folder: Any
+    controls: list[Control]
+
+
+class ControlBoard:
+    """In the container that is open. often: those that come first, unfolded. loaded: what "reset" goes back to.
+    many: so that a search is of use. changed_in: the container for what was changed: below what is moved, or away from
+    it, so that nothing moves under the mouse when the list grows.
+    """
+
+    def __init__(
+        self,
+        desk: Desk,
+        table: FieldTable,
+        often: Sequence[Field],
+        current: Current,
+        loaded: Current,
+        change: Change,
+        change_together: Callable[[dict[str, Value]], object],
+        many: bool = True,
+        changed_in: Any = None,
+    ) -> None:
+        self._desk = desk
+        self._table = table
+        self._current = current
+        self._loaded = loaded
+        self._change = change
+        self._change_together = change_together
+        self._resets: dict[str, Any] = {}
+        gui = desk.gui
+        self._often = often
+        self._parts: list[Any] = self._build_tools() if many else []
+        self._groups = self._build(often)
+        with changed_in if changed_in is not None else contextlib.nullcontext():
+            self._changed = gui.add_folder("Changed", visible=False)
+        with self._changed:
+            gui.add_button("Reset all", icon=Icon.ARROW_BACK_UP).on_click(desk.click("reset", self._reset_all))
+        self._parts += [self._changed, *(group.folder for group in self._groups)]
+        self.controls = [control for group in self._groups for control in group.controls]
+        self.mark()
+
+    def sync(self) -> bool:
+        """Shows what is in force; False where a control is in its viewer's hand, to be asked again."""
+        done = [control.sync() for control in self.controls]
+        self.mark()
+        return all(done)
+
+    def load(self) -> None:
+        """Other values were loaded, of the same table."""
+        for control in self.controls:
+            control.load(self._loaded(control.field.key))
+        self.mark()
+
+    def mark(self) -> None:
+        """Marks what was changed, and offers to put it back."""
+        changed = {control.field.key: control for control in self.controls if control.changed}
+        for control in self.controls:
+            control.mark()
+        for key in [key for key in self._resets if key not in changed]:
+            self._resets.pop(key).remove()
+        with self._changed:
+            for key, control in changed.items():
+                self._offer_reset(key, control)
+        assign(self._changed, "visible", bool(changed))
+
+    def remove(self) -> None:
+        """All of it."""
+        self._resets.clear()
+        for handle in self._parts:
+            handle.remove()
+
+    def _offer_reset(self, key: str, control: Control) -> None:
+        label = f"{control.field.name}: {shown(self._current(key))} → {shown(control.loaded)}"
+        if key not in self._resets:
+            button = self._desk.gui.add_button(label, color="gray", icon=Icon.ARROW_BACK_UP)
+            button.on_click(self._desk.click(f"reset {control.field.name}", control.reset))
+            self._resets[key] = button
+        else:
+            assign(self._resets[key], "label", label)
+
+    def _build_tools(self) -> list[Any]:
+        gui = self._desk.gui
+        search = gui.add_text("find", "", hint="words of names or descriptions")
+        search.on_update(lambda event: self._find(event.target.value))
+        hint = f"NAME=VALUE, also between a slider's steps; for example {self._example()}"
+        exact = gui.add_text("exactly", "", hint=hint)
+        button = gui.add_button("Set exactly")
+        button.on_click(self._desk.click("set", lambda: self._set_exactly(exact.value)))
+        self._nothing = gui.add_html(NOTHING_FOUND, visible=False)
+        return [search, exact, button, self._nothing]
+
+    def _build(self, often: Sequence[Field]) -> list[_Group]:
+        first = list(often) if len(often) < len(self._table.fields) else []
+        rest = [field for field in self._table.fields if field not in first]
+        groups = [self._group("often changed", first, True)] if first else []
+        sections = [section for section in self._table.sections if any(f.section == section for f in rest)]
+        for section in sections:
+            fields = [field for field in rest if field.section == section]
+            groups.append(self._group(section, fields, len(sections) == 1))
+        return groups
+
+    def _group(self, label: str, fields: Sequence[Field], unfolded: bool) -> _Group:
+        folder = self._desk.gui.add_folder(label, expand_by_default=unfolded)
+        with folder:
+            controls = [Control(self._desk, f, self._loaded(f.key), self._current, self._change) for f in fields]
+        return _Group(label, folder, controls)
+
+    def _find(self, text: str) -> None:
+        with self._desk.lock, self._desk.client.atomic():
+            text = text[:LONGEST_SEARCH].strip()
+            for group in self._groups:
+                hits = [control for control in group.controls if control.matches(text)]
+                for control in group.controls:
+                    control.show(control in hits)
+                group.folder.visible = bool(hits)
+                # A folder without a label cannot be folded: what was found is seen.
+                group.folder.label = None if text else group.label
+            self._nothing.visible = not any(group.folder.visible for group in self._groups)
+
+    def _set_exactly(self, text: str) -> None:
+        if "=" not in text:
+            raise InputError(f"'{text[:LONGEST_SEARCH]}': expected NAME=VALUE, for example {self._example()}")
+        field, value = self._table.parse_assignment(text, "exactly", self._example())
+        self._change(field.key, value)
+        self._desk.tell(f"{field.name} = {shown(value)}", field.doc)
+
+    def _reset_all(self) -> None:
+        self._change_together({control.field.key: control.loaded for control in self.controls if control.changed})
+
+    def _example(self) -> str:
+        fields = [*self._often, *self._table.fields]
+        field = next((field for field in fields if field.type == "float"), fields[0])
+        return f"{field.key}={shown(self._loaded(field.key))}"

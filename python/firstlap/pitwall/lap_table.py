@@ -1,0 +1,85 @@
+"""The laps as a table."""
+
+from __future__ import annotations
+
+import html
+
+import viser
+
+from firstlap.pitwall import lap_setup
+from firstlap.pitwall.frame import DrivenLap, Frame
+from firstlap.pitwall.map_shapes import best_of
+from firstlap.plots.colors import GOOD
+
+ROWS = 8
+"""Laps that are listed, newest first; the best one is listed always."""
+COLUMNS = ("lap", "s", "to best", "m/s", "room m", "setup")
+AT_ONCE = 1.0
+"""[s] of a source's clock up to which the first frame is one from the line."""
+
+
+class LapTable:
+    """In a gui."""
+
+    def __init__(self, gui: viser.GuiApi) -> None:
+        self._html = gui.add_html(table_of((), None))
+        self._seen: int | None = None
+        self._time = 0.0
+        self._began: float | None = None
+
+    def show(self, frame: Frame) -> None:
+        """The frame's laps, and its running one."""
+        self._html.content = table_of(frame.laps, self._running(frame))
+
+    def _running(self, frame: Frame) -> float | None:
+        """[s] of the running lap, to a frame; None where nobody saw it begin."""
+        number = frame.laps[-1].number if frame.laps else 0
+        if self._seen is None or number != self._seen or frame.time < self._time:
+            fresh = self._seen is None or frame.time < self._time
+            self._began = None if fresh and frame.time > AT_ONCE else frame.time
+        self._seen, self._time = number, frame.time
+        began = self._began if frame.began is None else frame.began
+        return None if began is None or not frame.going else frame.time - began
+
+
+def table_of(laps: tuple[DrivenLap, ...], running: float | None) -> str:
+    """HTML: number, time, difference to the best, mean speed, clearance, setup; the best one marked; the running lap on
+    top.
+
+    laps: oldest first. running: [s], None where no lap runs.
+    """
+    best = best_of(laps)
+    listed = list(reversed(laps[-ROWS:]))
+    if best and best not in listed:
+        listed = [*listed[:-1], best]
+    rows = [_row(lap, best) for lap in listed]
+    number = laps[-1].number + 1 if laps else 1
+    now = f"{running:.1f}" if running is not None else "–"
+    rows.insert(0, f'<tr style="opacity:.65">{_cells(str(number), now, "running", "", "", "")}</tr>')
+    head = "".join(f'<th style="{_RIGHT};font-weight:600">{name}</th>' for name in COLUMNS)
+    return (
+        '<div style="padding:.25em .75em"><table style="width:100%;border-collapse:collapse;font-size:.8em;'
+        f'line-height:1.5;font-variant-numeric:tabular-nums"><thead><tr style="opacity:.65">{head}</tr></thead>'
+        f"<tbody>{''.join(rows)}</tbody></table></div>"
+    )
+
+
+_RIGHT = "text-align:right;padding:0 .4em"
+_SHORTENED = f"{_RIGHT};max-width:7em;white-space:nowrap;overflow:hidden;text-overflow:ellipsis"
+
+
+def _row(lap: DrivenLap, best: DrivenLap | None) -> str:
+    behind = "best" if lap is best else f"{lap.time - best.time:+.3f}" if best else ""
+    number = f"{lap.number}" + (" ⚑" if lap.standing else "")
+    mean = f"{float(lap.speed.mean()):.2f}" if len(lap.speed) else "–"
+    room = "–" if lap.clearance is None else f"{lap.clearance:.2f}"
+    style = f"color:{GOOD};font-weight:700" if lap is best else ""
+    told = "; ".join(text for text in ("from a standing start" if lap.standing else "", lap_setup.long(lap)) if text)
+    title = f' title="{html.escape(told)}"' if told else ""
+    cells = _cells(number, f"{lap.time:.3f}", behind, mean, room, lap_setup.short(lap))
+    return f'<tr style="{style}"{title}>{cells}</tr>'
+
+
+def _cells(*texts: str) -> str:
+    styles = [*[_RIGHT] * (len(texts) - 1), _SHORTENED]  # the setup's name may be long
+    return "".join(f'<td style="{style}">{html.escape(text)}</td>' for style, text in zip(styles, texts, strict=True))

@@ -1,0 +1,117 @@
+"""Where a car is, from messages: its odometry, a localizer's map -> odom, or a simulator's truth."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections import deque
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from firstlap.config.car_file import Car
+from firstlap.perception.frames import Frames
+from firstlap.perception.scan import ray_ends
+from firstlap.pitwall.frame import Pose
+from firstlap.pitwall.laps import LapBook
+from firstlap.ros.conversions import seconds, yaw_of
+
+MAP = "map"
+KEPT = 200
+"""Poses, to find the one of a trace's moment."""
+TRUTH_LASTS = 1.0
+"""[s] of silence after which the truth is no longer waited for."""
+
+
+class Places:
+    """Poses in one frame: the map's where somebody says where that is, else the odometry's. Laps with them."""
+
+    def __init__(self) -> None:
+        self.frames = Frames()
+        self.book = LapBook()
+        self.in_map = False
+        self.speed = self.yaw_rate = 0.0
+        self._poses: deque[tuple[float, Pose]] = deque(maxlen=KEPT)
+        self._truth_at = -math.inf
+
+    def hear_odometry(self, message: Any) -> None:
+        """nav_msgs/Odometry of the car's own."""
+        twist = message.twist.twist
+        if not all(map(math.isfinite, (twist.linear.x, twist.angular.z))):
+            return
+        self.speed, self.yaw_rate = twist.linear.x, twist.angular.z
+        if time.monotonic() - self._truth_at < TRUTH_LASTS:
+            return
+        to_map = self.frames.find(MAP, message.header.frame_id)
+        self._add(message, to_map, to_map is not None)
+
+    def hear_truth(self, message: Any) -> None:
+        """nav_msgs/Odometry of a simulator, in the frame of its map."""
+        if message.header.frame_id.lstrip("/") == MAP:
+            self._truth_at = time.monotonic()
+            self._add(message, None, True)
+
+    def _add(self, message: Any, to_map: npt.NDArray[np.float64] | None, in_map: bool) -> None:
+        place, turn = message.pose.pose.position, message.pose.pose.orientation
+        pose = (place.x, place.y, yaw_of(turn))
+        if to_map is not None:
+            x, y, _, _ = to_map @ (pose[0], pose[1], 0.0, 1.0)
+            pose = (float(x), float(y), pose[2] + math.atan2(to_map[1, 0], to_map[0, 0]))
+        stamp = seconds(message.header.stamp)
+        if not all(map(math.isfinite, (*pose, stamp))):
+            return
+        if in_map != self.in_map:  # lines driven in another frame mean nothing in this one
+            self.in_map = in_map
+            self.book = LapBook()
+            self._poses.clear()
+        if self._poses and stamp <= self._poses[-1][0]:
+            self._poses.clear()
+        self._poses.append((stamp, pose))
+        self.book.add(stamp, pose, message.twist.twist.linear.x)
+
+    def at(self, stamp: float) -> Pose | None:
+        """The pose at that moment [s], between two that were heard, or the nearest; None where there is none."""
+        after: tuple[float, Pose] | None = None
+        for one in reversed(self._poses):
+            if one[0] <= stamp:
+                return one[1] if after is None else _between(one, after, stamp)
+            after = one
+        return None if after is None else after[1]
+
+    def newest(self) -> tuple[float, Pose | None]:
+        """Stamp [s] and pose."""
+        return self._poses[-1] if self._poses else (0.0, None)
+
+
+def _between(before: tuple[float, Pose], after: tuple[float, Pose], stamp: float) -> Pose:
+    share = (stamp - before[0]) / (after[0] - before[0])
+    (x, y, yaw), (x2, y2, yaw2) = before[1], after[1]
+    turn = math.remainder(yaw2 - yaw, 2.0 * math.pi)
+    return x + share * (x2 - x), y + share * (y2 - y), yaw + share * turn
+
+
+def geometry(car: Car, name: str) -> float:
+    """[m] or [rad] of a car's body."""
+    return float(car.core.get("geometry", name))  # type: ignore[arg-type]
+
+
+def clearance(points: npt.NDArray[np.float64], car: Car) -> float | None:
+    """[m] from the car's body to the nearest of points (N, 2) in base_link; None where there are none."""
+    if not len(points):
+        return None
+    length, width, overhang = (geometry(car, name) for name in ("length", "width", "rear_overhang"))
+    middle = 0.5 * length - overhang
+    aside = np.maximum(np.abs(points - (middle, 0.0)) - (0.5 * length, 0.5 * width), 0.0)
+    return float(np.sqrt((aside * aside).sum(axis=1).min()))
+
+
+def points_of(trace: dict[str, Any], laser: tuple[float, float]) -> npt.NDArray[np.float64]:
+    """(N, 2) returns in base_link [m] of a trace, whoever's it is."""
+    if "points" in trace:
+        return np.asarray(trace["points"], dtype=np.float64).reshape(-1, 2)
+    ranges = np.asarray(trace.get("ranges", ()), dtype=np.float64)
+    if not len(ranges):
+        return np.zeros((0, 2))
+    angles = float(trace["first_beam"]) + float(trace["beam_step"]) * np.arange(len(ranges))
+    return ray_ends(laser, angles, ranges)

@@ -1,0 +1,203 @@
+"""What the scene is drawn with: things of viser's that are made once and then only changed.
+
+Everything keeps its name for good, so that a late browser is told of each thing's newest state and of nothing else.
+Lengths of what changes together (a line and its colors) never change: a slow browser may get the two apart.
+
+A browser shows a node's new pose one picture before its new points. So nothing that changes hangs under the car: it is
+drawn on a `Sheet`, where the car stands on the map, and keeps its place between the walls until it is drawn anew.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+
+import numpy as np
+import numpy.typing as npt
+import viser
+
+from firstlap.pitwall.frame import Points, Pose
+from firstlap.pitwall.shapes import (
+    Faces,
+    Mesh,
+    Segments,
+    about_z,
+    chain,
+    compose,
+    fan_faces,
+    filled_up,
+    raised,
+    resampled,
+)
+from firstlap.plots.colors import SPEED_MAP
+
+Color = tuple[int, int, int]
+UNSEEN = np.zeros((1, 3), np.float32)
+STEP = 64
+"""Clouds grow and shrink by so many points."""
+
+
+class Sheet:
+    """Where drawings in base_link lie: at `pose`, which is the origin to begin with."""
+
+    def __init__(self, api: viser.SceneApi) -> None:
+        self.api = api
+        self.pose: Pose = (0.0, 0.0, 0.0)
+
+    def placed(self, points: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+        """(..., 3) from base_link to the map frame."""
+        c, s = math.cos(self.pose[2]), math.sin(self.pose[2])
+        turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+        return (points @ turn + (self.pose[0], self.pose[1], 0.0)).astype(np.float32)
+
+
+class Cloud:
+    """Points of one color; size [m]."""
+
+    def __init__(self, sheet: Sheet, name: str, color: Color, size: float, height: float) -> None:
+        self._sheet, self._height = sheet, height
+        self._handle = sheet.api.add_point_cloud(
+            name,
+            UNSEEN,
+            color,
+            point_size=size,
+            point_shape="circle",
+            precision="float32",
+            point_shading="flat",
+            visible=False,
+        )
+
+    def show(self, points: Points) -> None:
+        """These, and no others."""
+        if len(points):
+            self._handle.points = filled_up(self._sheet.placed(raised(points, self._height)), STEP)
+        self._handle.visible = len(points) > 0
+
+
+class Strokes:
+    """Separate lines of one color; width in pixels."""
+
+    def __init__(self, sheet: Sheet, name: str, color: Color, width: float) -> None:
+        self._sheet = sheet
+        self._handle = sheet.api.add_line_segments(
+            name, np.zeros((1, 2, 3)), color, thickness=width, thickness_units="screen", visible=False
+        )
+
+    def show(self, segments: Segments) -> None:
+        """These, and no others."""
+        if len(segments):
+            self._handle.points = self._sheet.placed(segments)
+        self._handle.visible = len(segments) > 0
+
+    def move(self, x: float, y: float) -> None:
+        """Everything of it, from where it was drawn [m]."""
+        self._handle.position = (x, y, 0.0)
+
+
+class SpeedLine:
+    """A line colored by a speed along it; width [m]."""
+
+    PIECES = 96
+
+    def __init__(self, sheet: Sheet, name: str, width: float, height: float) -> None:
+        self._sheet, self._height = sheet, height
+        self._handle = sheet.api.add_line_segments(
+            name,
+            np.zeros((self.PIECES, 2, 3)),
+            np.zeros((self.PIECES, 2, 3), np.uint8),
+            thickness=width,
+            thickness_units="world",
+            visible=False,
+        )
+
+    def show(self, points: Points, speed: npt.NDArray[np.float64], top: float) -> None:
+        """points (N, 2), speed (N,) [m/s]; the colors end at `top`."""
+        seen = len(points) >= 2 and len(points) == len(speed)
+        if seen:
+            self._handle.points = self._sheet.placed(chain(resampled(points, self.PIECES + 1), self._height))
+            colors = _linear(speed_colors(resampled(speed, self.PIECES + 1), top))
+            self._handle.colors = np.stack([colors[:-1], colors[1:]], axis=1)
+        self._handle.visible = seen
+
+
+class Solid:
+    """A mesh that only moves."""
+
+    def __init__(self, sheet: Sheet, name: str, mesh: Mesh, color: Color, visible: bool = True) -> None:
+        self._sheet = sheet
+        self._handle = _mesh(sheet.api, name, mesh[0], mesh[1], color, None, visible)
+
+    def show(self, x: float, y: float, z: float, yaw: float) -> None:
+        """There [m], turned by `yaw` [rad]."""
+        x, y, yaw = compose(self._sheet.pose, (x, y, yaw))
+        self._handle.position = (x, y, z)
+        self._handle.wxyz = about_z(yaw)
+        self._handle.visible = True
+
+    def hide(self) -> None:
+        """Nowhere."""
+        self._handle.visible = False
+
+    def remove(self) -> None:
+        """For good."""
+        self._handle.remove()
+
+
+class Fan:
+    """A half-transparent area between a point and a rim around it."""
+
+    RIM = 181
+
+    def __init__(self, sheet: Sheet, name: str, color: Color, opacity: float, height: float) -> None:
+        self._sheet, self._height = sheet, height
+        vertices = np.zeros((self.RIM + 1, 3), np.float32)
+        self._handle = _mesh(sheet.api, name, vertices, fan_faces(self.RIM), color, opacity, visible=False)
+
+    def show(self, middle: Points, rim: Points) -> None:
+        """middle (2,), rim (N, 2), right to left."""
+        if len(rim) >= 2:
+            points = np.vstack([middle, resampled(rim, self.RIM)])
+            self._handle.vertices = self._sheet.placed(raised(points, self._height))
+        self._handle.visible = len(rim) >= 2
+
+
+def speed_colors(speed: npt.NDArray[np.float64], top: float) -> npt.NDArray[np.uint8]:
+    """(N, 3) red, green, blue of speeds (N,) from 0 to `top` [m/s]."""
+    table = _speed_table()
+    share = np.clip(np.nan_to_num(speed) / max(top, 1e-6), 0.0, 1.0)
+    return table[np.rint((len(table) - 1) * share).astype(int)]
+
+
+@lru_cache
+def _speed_table() -> npt.NDArray[np.uint8]:
+    from matplotlib import colormaps
+
+    return np.asarray(colormaps[SPEED_MAP](np.linspace(0.0, 1.0, 256), bytes=True)[:, :3])
+
+
+def _linear(colors: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
+    """As viser's lines take colors by point: light, where everything else takes what a screen is sent."""
+    return np.rint(255.0 * (colors / 255.0) ** 2.2).astype(np.uint8)
+
+
+def _mesh(
+    api: viser.SceneApi,
+    name: str,
+    vertices: npt.NDArray[np.float32],
+    faces: Faces,
+    color: Color,
+    opacity: float | None,
+    visible: bool,
+) -> viser.MeshHandle:
+    return api.add_mesh_simple(
+        name,
+        vertices,
+        faces,
+        color=color,
+        opacity=opacity,
+        side="double",
+        flat_shading=True,
+        cast_shadow=False,
+        receive_shadow=False,
+        visible=visible,
+    )

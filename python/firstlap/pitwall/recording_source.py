@@ -1,0 +1,376 @@
+"""A recording as a source of frames: played, wound, and planned anew when a parameter changes."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Mapping
+from pathlib import Path
+from time import monotonic, thread_time_ns
+from typing import Any
+
+import numpy as np
+
+from firstlap import _core
+from firstlap.common.errors import InputError
+from firstlap.config.car_file import Car
+from firstlap.config.driver_kind import driver_kind
+from firstlap.config.parameters import Value
+from firstlap.config.setup_file import Setup
+from firstlap.drivers.driving import Driving
+from firstlap.evaluation.replay.replay import prepared
+from firstlap.pitwall.conditions import checked_pace
+from firstlap.pitwall.frame import DrivenLap, Frame, Pose, Scenery
+from firstlap.pitwall.holding import Holding
+from firstlap.pitwall.lap_setup import changed_from
+from firstlap.pitwall.laps import LapBook
+from firstlap.pitwall.sim_source import scenery_of
+from firstlap.recordings.laser import car_of
+from firstlap.recordings.recording import Recording
+from firstlap.tracks.track import Track
+
+MEMORY = 2.0
+"""[s] that are driven before a scan is shown after a jump, so that the driver remembers what it would."""
+MOST_SCANS = 100
+"""But no more scans than these."""
+SHOWN_EVERY = 0.02
+"""[s] between two frames while it plays, at least."""
+LONGEST_WAIT = 1.0
+"""[s] that a gap in the recording is waited for."""
+LATE = 0.1
+"""[s] behind the recording's clock, after which the lost time is given up."""
+
+
+class Planner:
+    """One setup on a recording. trace, step_us: of the scan `at`."""
+
+    def __init__(self, recording: Recording, setup: Setup, car: Car) -> None:
+        """Raises InputError."""
+        self.recording = recording
+        self.driving = Driving(setup, car)
+        self.at = -1
+        self.trace: Mapping[str, Any] = {}
+        self.step_us = 0.0
+        self._known = False
+
+    def take(self, setup: Setup) -> None:
+        """Another setup of the same driver; its memory is to be made anew. Raises InputError."""
+        self.driving.take(setup)
+        self._known = False
+
+    def show(self, scan: int) -> None:
+        """Drives to that scan: from the one before it, or from a while before it."""
+        if self._known and self.at == scan:
+            return
+        if not self._known or self.at != scan - 1:
+            self._remember(scan)
+        self._step(scan)
+        self.at, self._known = scan, True
+
+    def traced(self) -> Mapping[str, Any]:
+        """What the last step saw and thought."""
+        self.trace = self.driving.handle.trace
+        return self.trace
+
+    def _remember(self, scan: int) -> None:
+        self.driving.reset()
+        part = slice(begin_of_memory(self.recording, scan), scan)
+        scans = self.recording.ranges[part]
+        if len(scans) == 0:
+            return
+        _core.replay(
+            self.driving.handle.core,
+            np.concatenate(scans),
+            np.array([len(one) for one in scans], dtype=np.int64),
+            np.ascontiguousarray(self.recording.headers[part]),
+            np.ascontiguousarray(self.recording.states[part]),
+            np.ascontiguousarray(self.recording.dts[part]),
+        )
+
+    def _step(self, scan: int) -> None:
+        recording = self.recording
+        speed, yaw_rate, steering_angle = recording.states[scan].tolist()
+        seen = recording.scan(scan)
+        begin = thread_time_ns()
+        self.driving.step(seen, speed, yaw_rate, steering_angle, float(recording.dts[scan]))
+        self.step_us = 1e-3 * (thread_time_ns() - begin)
+
+
+def begin_of_memory(recording: Recording, scan: int) -> int:
+    """The first scan that is driven so that `scan` can be shown."""
+    return max(scan - MOST_SCANS, int(np.searchsorted(recording.stamps, recording.stamps[scan] - MEMORY)))
+
+
+class RecordingSource(Holding):
+    """A `Source` that `Plays`. setup: as a person chose it; what the recording says of its car is added. track: of its
+    map, where that is known. Raises InputError."""
+
+    def __init__(
+        self,
+        recording: Recording,
+        setup: Setup,
+        car: Car,
+        *,
+        track: Track | None = None,
+        mask_body: bool = True,
+        pace: float = 1.0,
+    ) -> None:
+        if not len(recording):
+            raise InputError(f"{recording.name}: has no scan to show")
+        self.recording, self.car, self.track = recording, car_of(recording, car), track
+        self.title = recording.name
+        self.scans = len(recording)
+        self.scenery = Scenery() if track is None else scenery_of(track)
+        self._mask_body = mask_body
+        super().__init__(self._prepared(setup))
+        self._planner = Planner(recording, self._setup, self.car)
+        self._before: Planner | None = None
+        self._laps = laps_of(recording)
+        self._pace = checked_pace(pace)
+        self._changed = threading.Condition()
+        self._scan, self._wanted, self._stale = 0, 0, True
+        self._playing = self._closed = False
+        self._due = 0.0
+        self._shown = -math.inf
+        self._framed_scan = -1
+        self._said = ""
+        self._thread: threading.Thread | None = None
+
+    def _prepared(self, setup: Setup) -> Setup:
+        kind = driver_kind(setup.driver)
+        if kind.needs_map:
+            raise InputError(f"driver {kind.name}: needs a map of the track before it drives; a recording has none")
+        setup, _, _ = prepared(self.recording, setup, self._mask_body)
+        return self._checked(setup)
+
+    def _checked(self, setup: Setup) -> Setup:
+        setup.validate(f"{setup.title} on car {self.car.name}", self.car.core)
+        return setup
+
+    # A source.
+
+    def start(self) -> None:
+        """It plays, in a thread."""
+        with self._changed:
+            if self._thread is None and not self._closed:
+                self._thread = threading.Thread(target=self._run, name="recording", daemon=True)
+                self._playing = True
+                self._due = monotonic()
+                self._thread.start()
+
+    def close(self) -> None:
+        """Ends the thread."""
+        with self._changed:
+            self._closed = True
+            self._changed.notify()
+        if self._thread is not None:
+            self._thread.join()
+
+    def change(self, values: Mapping[str, Value]) -> None:
+        """Parameters by section.name: the scan that is shown is planned anew."""
+        with self._changed:
+            self._setup = self._checked(changed_from(self._setup.with_values(values), self._loaded))
+            self._stale = True
+            self._changed.notify()
+
+    def choose(self, setup: Setup) -> None:
+        """Another setup, maybe of another driver."""
+        with self._changed:
+            self._setup = self._loaded = self._prepared(setup)
+            self._stale = True
+            self._changed.notify()
+
+    # It plays.
+
+    @property
+    def scan(self) -> int:
+        """The one that is shown, or is about to be, from 0."""
+        return self._wanted
+
+    @property
+    def playing(self) -> bool:
+        """Whether it runs by itself."""
+        return self._playing
+
+    def play(self) -> None:
+        """Runs on; from the start, where it stood at its end."""
+        with self._changed:
+            if self._wanted == self.scans - 1:
+                self._wanted = 0
+            self._playing = True
+            self._due = monotonic()
+            self._changed.notify()
+
+    def pause(self) -> None:
+        """Stands."""
+        with self._changed:
+            self._playing = False
+            self._changed.notify()
+
+    def seek(self, scan: int) -> None:
+        """To that scan, kept within what there is."""
+        with self._changed:
+            self._wanted = min(max(int(scan), 0), self.scans - 1)
+            self._due = monotonic()
+            self._changed.notify()
+
+    @property
+    def pace(self) -> float:
+        """Times real time."""
+        return self._pace
+
+    def set_pace(self, pace: float) -> None:
+        """Times real time. Raises InputError."""
+        with self._changed:
+            self._pace = checked_pace(pace, "pace")
+            self._due = monotonic()
+            self._changed.notify()
+
+    # The thread.
+
+    def _run(self) -> None:
+        while True:
+            with self._changed:
+                if self._closed:
+                    return
+                waiting = self._advance()
+                scan, stale = self._wanted, self._stale
+                idle = scan == self._scan and not stale and self._number > 0
+                self._stale = False
+                setup, loaded, playing = self._setup, self._loaded, self._playing
+                if idle and self._framed_scan == scan:
+                    self._changed.wait(waiting)
+                    continue
+            try:
+                self._show(scan, setup, loaded, stale, playing)
+            except Exception as error:
+                self._failed(scan, error)
+
+    def _failed(self, scan: int, error: Exception) -> None:
+        """A scan that cannot be shown is said, and the others can still be looked at."""
+        with self._changed:
+            self._playing = False
+        self._scan = self._framed_scan = scan
+        self._number += 1
+        said = f"scan {scan} cannot be shown: {type(error).__name__}: {' '.join(str(error).split())[:200]}"
+        time = float(self.recording.stamps[scan])
+        self._frame = Frame(self._number, time, None, 0.0, 0.0, 0.0, "", {}, 0.0, said=said)
+
+    def _advance(self) -> float | None:
+        """Wants the next scan when its time has come, else says how long that is."""
+        if not self._playing:
+            return None
+        if self._wanted == self.scans - 1:
+            self._playing = False
+            return None
+        now = monotonic()
+        waiting = self._due - now
+        if waiting > 0.0 or self._number == 0:
+            return max(waiting, 0.0)
+        if waiting < -LATE:
+            self._due = now
+        self._wanted += 1
+        if self._wanted < self.scans - 1:
+            gap = float(self.recording.stamps[self._wanted + 1] - self.recording.stamps[self._wanted])
+            self._due += min(gap, LONGEST_WAIT) / self._pace
+        return 0.0
+
+    def _show(self, scan: int, setup: Setup, loaded: Setup, stale: bool, playing: bool) -> None:
+        if stale:
+            self._take(setup, loaded)
+        self._planner.show(scan)
+        if self._before is not None:
+            self._before.show(scan)
+        self._scan = scan
+        now = monotonic()
+        if playing and not stale and now - self._shown < SHOWN_EVERY:
+            return
+        self._shown, self._framed_scan = now, scan
+        self._frame = self._framed(scan)
+
+    def _take(self, setup: Setup, loaded: Setup) -> None:
+        """Both setups, where they differ."""
+        self._planner = self._taken(self._planner, setup)
+        if setup.driver != loaded.driver or setup.values() == loaded.values():
+            self._before = None
+        elif self._before is None or self._before.driving.setup != loaded:
+            self._before = Planner(self.recording, loaded, self.car)
+
+    def _taken(self, planner: Planner, setup: Setup) -> Planner:
+        self._said = ""
+        try:
+            if planner.driving.setup.driver != setup.driver:
+                return Planner(self.recording, setup, self.car)
+            planner.take(setup)
+        except InputError as error:
+            self._said = str(error)
+        return planner
+
+    def _framed(self, scan: int) -> Frame:
+        recording, planner = self.recording, self._planner
+        self._number += 1
+        pose = self._pose(scan)
+        way, offset = self._place(pose)
+        speed, yaw_rate, steering_angle = recording.states[scan].tolist()
+        return Frame(
+            number=self._number,
+            time=float(recording.stamps[scan]),
+            pose=pose,
+            speed=speed,
+            yaw_rate=yaw_rate,
+            steering_angle=steering_angle,
+            driver=planner.driving.kind.name,
+            trace=planner.traced(),
+            step_us=planner.step_us,
+            way=way,
+            offset=offset,
+            laps=self._laps_until(scan),
+            before=None if self._before is None else self._before.traced(),
+            said=self._said,
+        )
+
+    def _pose(self, scan: int) -> Pose | None:
+        if self.recording.poses is None:
+            return None
+        x, y, yaw = self.recording.poses[scan].tolist()
+        return (x, y, yaw) if math.isfinite(x + y + yaw) else None
+
+    def _place(self, pose: Pose | None) -> tuple[float | None, float | None]:
+        """Along and left of the map's centerline."""
+        if pose is None or self.track is None:
+            return None, None
+        line = self.track.centerline
+        away = np.array(pose[:2]) - line
+        i = int(np.argmin(np.hypot(*away.T)))
+        ahead = line[(i + 1) % len(line)] - line[i - 1]
+        left = (ahead[0] * away[i, 1] - ahead[1] * away[i, 0]) / max(float(np.hypot(*ahead)), 1e-9)
+        return float(self.track.stations[i]), float(left)
+
+    def _laps_until(self, scan: int) -> tuple[DrivenLap, ...]:
+        return tuple(lap for after, lap in self._laps if after <= scan)
+
+
+def laps_of(recording: Recording) -> list[tuple[int, DrivenLap]]:
+    """Complete laps, each with the first scan after it; none without poses."""
+    book, found, count = LapBook(), list[tuple[int, DrivenLap]](), 0
+    book.lap_setup.by(recording.about.setup if recording.about else None)
+    for scan, pose in enumerate(() if recording.poses is None else recording.poses.tolist()):
+        if math.isfinite(sum(pose)):
+            book.add(float(recording.stamps[scan]), tuple(pose), float(recording.speed[scan]))
+        if book.laps and book.laps[-1].number > count:
+            count = book.laps[-1].number
+            found.append((scan, book.laps[-1]))
+    return found
+
+
+def track_under(recording: Recording, map_path: str | Path) -> Track:
+    """The track of a map that the recording's poses lie on. Raises InputError."""
+    from firstlap.evaluation.perception.against_map import check_on_map
+    from firstlap.evaluation.perception.truth import Truth
+    from firstlap.tracks.library import load_track
+
+    if recording.poses is None:
+        raise InputError(f"--map: {recording.name} has no poses, and without them no place on a map")
+    track = load_track(str(map_path))
+    check_on_map(recording, Truth.of(track), recording.poses, map_path)
+    return track

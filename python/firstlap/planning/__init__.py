@@ -1,0 +1,1 @@
+"""Where to drive: the racing line."""

@@ -1,0 +1,1 @@
+"""What all pictures share: colors, figures, a track, a race."""

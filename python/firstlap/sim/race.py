@@ -1,0 +1,337 @@
+"""Races: one car, one track, one driver, some laps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, field
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from firstlap import _core
+from firstlap.common.errors import InputError
+from firstlap.config.car_file import CAR_FIELDS, Car, load_car
+from firstlap.config.driver_kind import (
+    CoreHandle,
+    Handle,
+    Preparation,
+    ProgressCallback,
+    SeesTruth,
+    StartsAt,
+    driver_kind,
+)
+from firstlap.config.parameters import Field, FieldTable
+from firstlap.config.setup_file import Setup, choose_setup
+from firstlap.perception.scan import Scan, judge
+from firstlap.recordings.step_log import STATUSES
+from firstlap.sim.simulate import core_track
+from firstlap.tracks.track import Track
+
+OPTION_FIELDS = FieldTable([*_core.RaceOptions.fields(), *_core.Car.fields()])
+"""Conditions of a race: how it is run, and what its car is like without the driver being told."""
+OPTIONS = "race options"
+"""What messages call them."""
+SCANS_PER_LOOK = 40
+
+
+@dataclass(frozen=True)
+class Lap:
+    """time [s] interpolated at the line, distance [m], speeds [m/s], min_clearance and rms_offset [m]."""
+
+    time: float
+    distance: float
+    mean_speed: float
+    max_speed: float
+    min_clearance: float
+    rms_offset: float
+    standing: bool
+
+
+@dataclass(frozen=True)
+class Contact:
+    """When [s] and where (map frame, s along the centerline) [m] the car touched a wall or the sudden obstacle."""
+
+    time: float
+    x: float
+    y: float
+    s: float
+    obstacle: bool = False
+
+
+@dataclass(frozen=True)
+class ObstacleSeen:
+    """When [s] the sudden obstacle appeared, its middle (map frame) [m, rad], the car's speed [m/s] and yaw rate
+    [rad/s] then, and the smallest clearance between the two since [m]."""
+
+    time: float
+    x: float
+    y: float
+    yaw: float
+    speed: float
+    yaw_rate: float
+    clearance: float
+
+
+@dataclass(frozen=True)
+class Ending:
+    """Why the car stood, as far as its driver says.
+
+    status: of the driver's last step (`Status` in cpp/firstlap). scan_fault, scan_reason: what the judge says of the
+    last scan that it saw; 'none' and '' where that may be used.
+    """
+
+    status: str
+    scan_fault: str
+    scan_reason: str
+
+    @property
+    def said(self) -> str:
+        """For people."""
+        return f"last status {self.status}" + (f"; last scan: {self.scan_reason}" if self.scan_reason else "")
+
+
+@dataclass(frozen=True)
+class RaceResult:
+    """What a race leaves behind.
+
+    outcome: finished, contact, stuck, timeout, wrong_way, or running when it was interrupted.
+    options: what was asked for of the table `OPTION_FIELDS`, laps and seed aside.
+    path: columns, one entry per scan, map frame and SI: time, x, y, yaw, speed, s, lateral_offset, ...
+    compute_times: (steps,) microseconds of each driver step, by its thread's CPU clock.
+    skipped_scans: that came while the driver was busy and were overtaken by the next.
+    latency: what of the compute time delayed the commands. preparation: what came before the race.
+    ending: of a race that is not finished; None before the first step.
+    """
+
+    track: Track
+    setup: Setup
+    car: Car
+    seed: int
+    direction: str
+    outcome: str
+    time: float
+    distance: float
+    laps: list[Lap]
+    contact: Contact | None
+    compute_times: npt.NDArray[np.float32]
+    path: dict[str, npt.NDArray[Any]]
+    options: Mapping[str, float] = field(default_factory=dict)
+    skipped_scans: int = 0
+    latency: str = "none"
+    obstacle: ObstacleSeen | None = None
+    preparation: Preparation = field(default_factory=Preparation)
+    ending: Ending | None = None
+
+    @property
+    def finished(self) -> bool:
+        """Whether all laps were driven."""
+        return self.outcome == "finished"
+
+    @property
+    def best(self) -> float | None:
+        """Shortest lap time [s], None without a complete lap."""
+        return min((lap.time for lap in self.laps), default=None)
+
+    @property
+    def compute(self) -> dict[str, float | None]:
+        """p50, p99 and max of a step in microseconds."""
+        times = self.compute_times
+        if len(times) == 0:
+            return {"p50": None, "p99": None, "max": None}
+        p50, p99 = np.percentile(times, [50, 99])
+        return {"p50": round(float(p50), 2), "p99": round(float(p99), 2), "max": round(float(times.max()), 2)}
+
+    def to_dict(self) -> dict[str, Any]:
+        """As `firstlap race --json` prints it. The same seed gives the same, compute aside."""
+        changed = {f"{section}.{name}": value for (section, name), value in self.setup.changed.items()}
+        return {
+            "version": version("firstlap"),
+            "track": self.track.name,
+            "track_length": round(self.track.length, 6),
+            "direction": self.direction,
+            "driver": self.setup.driver,
+            "setup": self.setup.name,
+            "set": changed,
+            "car": self.car.name,
+            "options": dict(self.options),
+            "seed": self.seed,
+            "outcome": self.outcome,
+            "laps": [asdict(lap) for lap in self.laps],
+            "best": self.best,
+            "contact": asdict(self.contact) if self.contact else None,
+            "ending": asdict(self.ending) if self.ending else None,
+            "latency": self.latency,
+            "skipped_scans": self.skipped_scans,
+            "compute": self.compute,
+            **({"preparation": self.preparation.to_dict()} if driver_kind(self.setup.driver).needs_map else {}),
+        }
+
+    def plot(self, path: str | Path) -> None:
+        """Writes a picture: the driven line colored by speed on the track, with the lap times."""
+        from firstlap.plots.race import plot_race
+
+        plot_race(self, path)
+
+
+def latency_options(latency: str) -> dict[str, float]:
+    """Race options for measured, fixed:MS or none. Raises InputError."""
+    if latency == "none":
+        return {}
+    if latency == "measured":
+        return {"measure_latency": True}
+    word, colon, number = latency.partition(":")
+    longest = 1000.0 * OPTION_FIELDS.find("compute_latency", "latency").max
+    try:
+        milliseconds = float(number)
+    except ValueError:
+        milliseconds = -1.0
+    if word != "fixed" or not colon or not 0.0 <= milliseconds <= longest:
+        raise InputError(f"latency '{latency[:40]}': expected measured, none, or fixed:MS with 0 to {longest:g} ms")
+    return {"compute_latency": milliseconds / 1000.0}
+
+
+def tell_start(driver: Handle, track: Track, options: Mapping[str, float] | None) -> None:
+    """To a driver that needs it: about where the car is put down."""
+    if isinstance(driver, StartsAt):
+        given = {OPTION_FIELDS.find(name, OPTIONS).key: value for name, value in (options or {}).items()}
+        driver.starts_at(float(given.get("race.start_s", 0.0)) / track.length)
+
+
+def option_name(field: Field) -> str:
+    """What results call a condition: an option of the race by its name, a field of the car by its section too."""
+    return field.key if field.section in CAR_FIELDS.sections else field.name
+
+
+def under_conditions(car: Car, options: Mapping[str, float] | None, where: str = OPTIONS) -> Car:
+    """The car with what `options` change of it; of them only fields of cars count. where: what messages call them.
+    Raises InputError, also where they contradict each other or the car."""
+    given = {OPTION_FIELDS.find(name, where): value for name, value in (options or {}).items()}
+    changes = {entry: value for entry, value in given.items() if entry.section in CAR_FIELDS.sections}
+    if not changes:
+        return car
+    core = _core.Car(car.core)
+    for entry, value in changes.items():
+        core.set(entry.section, entry.name, OPTION_FIELDS.check(entry, value, where))
+    try:
+        core.validate()
+    except ValueError as error:
+        raise InputError(f"{where} {_assignments(options)}: {error}") from None
+    return Car(car.name, core, car.source)
+
+
+def _assignments(options: Mapping[str, float] | None) -> str:
+    return ", ".join(f"{name}={value:g}" for name, value in (options or {}).items())
+
+
+def start_race(
+    track: Track,
+    driver: Handle,
+    car: Car,
+    *,
+    laps: int = 3,
+    seed: int = 1,
+    options: Mapping[str, float] | None = None,
+) -> _core.Race:
+    """A race that has not begun, for stepping. The driver knows `car` as it is without `options`.
+
+    Raises InputError where it cannot begin."""
+    core_options = _core.RaceOptions()
+    for name, value in {"laps": laps, **(options or {})}.items():
+        entry = OPTION_FIELDS.find(name, OPTIONS)
+        if entry.section not in CAR_FIELDS.sections:
+            core_options.set(entry.section, entry.name, OPTION_FIELDS.check(entry, value, OPTIONS))
+    if not 0 <= seed < 2**64:
+        raise InputError(f"seed is {seed}, outside of what is allowed: 0 to 2^64 - 1")
+    core_options.seed = seed
+    tell_start(driver, track, options)
+    conditioned = under_conditions(car, options)
+    try:
+        return _core.Race(core_track(track), conditioned.core, driver.core, core_options)
+    except ValueError as error:
+        under = f" with {OPTIONS} {_assignments(options)}" if options else ""
+        raise InputError(f"{track.name}{under}: {error}") from None
+
+
+def race(
+    track: Track,
+    setup: str | Setup | None = None,
+    car: str | Car = "default",
+    *,
+    driver: str | None = None,
+    laps: int = 3,
+    seed: int = 1,
+    reverse: bool = False,
+    latency: str = "none",
+    preparation: Preparation | None = None,
+    options: Mapping[str, float] | None = None,
+    look: Callable[[_core.Race], object] | None = None,
+    preparing: ProgressCallback | None = None,
+    record: str | Path | None = None,
+) -> RaceResult:
+    """Races until the laps are driven, or the car touches a wall, stands, or turns back.
+
+    setup, car: a name, a file, or a loaded one. driver: its name; default: the setup's, or local. seed: of everything
+    random. latency: measured, fixed:MS or none, how the driver's compute time delays its commands. preparation: what
+    the driver made of the track before, where it needs a map (it prepares itself otherwise). options: conditions, of
+    the table `OPTION_FIELDS`: mu_scale, or sensors.speed_scale_error. look: called about once a simulated second with
+    the race so far; an exception from it ends the race. preparing: called while the driver prepares
+    itself. record: an .mcap file for its log, see docs/recordings.md. Raises InputError.
+    """
+    setup = choose_setup(driver, setup)
+    kind = driver_kind(setup.driver)
+    delay = latency_options(latency)
+    car = car if isinstance(car, Car) else load_car(car)
+    if reverse:
+        track = track.reversed()
+    if preparation is None:
+        preparation = kind.prepare(track, setup, car, seed, preparing)
+    handle = kind.make(setup.params(car.core), car, preparation)
+    logged = None if record is None else _core.LoggedDriver(handle.core)
+    starter = handle if logged is None else CoreHandle(logged)
+    tell_start(handle, track, options)
+    running = start_race(track, starter, car, laps=laps, seed=seed, options={**delay, **(options or {})})
+    try:
+        if isinstance(handle, SeesTruth):
+            handle.see_truth(running, track)
+        if record is not None and logged is not None:
+            from firstlap.recordings.race_log import drive_and_log, race_about
+
+            what = f"{track.name}{', reverse' if reverse else ''}"
+            drive_and_log(running, logged, race_about(running, setup, car, what, seed), record, look)
+        while running.advance(SCANS_PER_LOOK):
+            if look:
+                look(running)
+    finally:
+        if isinstance(handle, SeesTruth):
+            handle.see_truth(None, track)
+    found = running.result()
+    return RaceResult(
+        track=track,
+        setup=setup,
+        car=car,
+        seed=seed,
+        direction="reverse" if reverse else "forward",
+        outcome=found["outcome"],
+        time=found["time"],
+        distance=found["distance"],
+        laps=[Lap(**lap) for lap in found["laps"]],
+        contact=Contact(**found["contact"]) if found["contact"] else None,
+        compute_times=found["compute_times"],
+        path=found["path"],
+        options=dict(options or {}),
+        skipped_scans=found["skipped_scans"],
+        latency=latency,
+        obstacle=ObstacleSeen(**found["obstacle"]) if found["obstacle"] else None,
+        preparation=preparation,
+        ending=None if found["outcome"] == "finished" else _ending(running, car, found["path"]["status"]),
+    )
+
+
+def _ending(running: _core.Race, car: Car, statuses: npt.NDArray[Any]) -> Ending | None:
+    if not len(statuses):
+        return None
+    judged = judge(Scan(**running.scan()), 1.0 / float(car.core.get("lidar", "rate")))  # type: ignore[arg-type]
+    return Ending(STATUSES[int(statuses[-1])], judged.fault, judged.reason)

@@ -1,0 +1,83 @@
+"""Races in processes of their own, for drivers in Python: in one process they would wait for each other's lock."""
+
+from __future__ import annotations
+
+import multiprocessing
+import signal
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import fields, replace
+from typing import Any
+
+from firstlap import _core
+from firstlap.config.car_file import Car
+from firstlap.config.setup_file import Setup
+from firstlap.sim.race import RaceResult, race
+from firstlap.tracks.track import Track
+
+STAYS = ("track", "setup", "car")
+"""Of a result: known where the race was asked for, and not sent back."""
+
+
+class InterruptedRaceError(Exception):
+    """The races were stopped from outside."""
+
+
+class RacePool(ProcessPoolExecutor):
+    """Processes that race. Set `stop` to end what they are at; Ctrl-C is this process's business."""
+
+    def __init__(self, jobs: int, begin: Callable[[], object] | None = None) -> None:
+        """begin: called in each process before its first race."""
+        context = multiprocessing.get_context("spawn")
+        self.stop = context.Event()
+        super().__init__(jobs, context, _begin, (self.stop, begin))
+
+
+_stop: Any = None
+
+
+def _begin(stop: Any, begin: Callable[[], object] | None) -> None:
+    global _stop
+    if begin:
+        begin()
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _stop = stop
+
+
+PackedCar = tuple[str, dict[str, dict[str, float]]]
+
+
+def packed(car: Car) -> PackedCar:
+    """A car that pickles."""
+    return car.name, car.core.values()
+
+
+def unpacked(car: PackedCar) -> Car:
+    """The car again."""
+    name, values = car
+    core = _core.Car()
+    for section, content in values.items():
+        for field, value in content.items():
+            core.set(section, field, value)
+    return Car(name, core)
+
+
+def race_in_process(track: Track, setup: Setup, car: PackedCar, options: dict[str, Any]) -> dict[str, Any]:
+    """Run in a process of a `RacePool`: what `restored` makes a result of. options: further arguments of `race`."""
+    result = race(track, setup, unpacked(car), look=_look, **options)
+    return {field.name: getattr(result, field.name) for field in fields(result) if field.name not in STAYS}
+
+
+def _look(_running: object) -> None:
+    if _stop is not None and _stop.is_set():
+        raise InterruptedRaceError
+
+
+def bare(track: Track) -> Track:
+    """The track without what it has cached: less to send."""
+    return replace(track)
+
+
+def restored(found: dict[str, Any], track: Track, setup: Setup, car: Car) -> RaceResult:
+    """The result of `race_in_process`, with what stayed here. track: as it was driven."""
+    return RaceResult(track=track, setup=setup, car=car, **found)

@@ -1,0 +1,142 @@
+"""Setup and car files: what they may hold, and what is said where they don't."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import firstlap
+from firstlap.common.errors import InputError
+from firstlap.config.car_file import CAR_FIELDS, parse_car
+from firstlap.config.setup_file import SETUP_FIELDS, parse_setup
+
+
+@pytest.mark.parametrize("name", firstlap.list_setups())
+def test_our_setups_are_valid(name):
+    setup = firstlap.load_setup(name)
+    assert setup.name == name
+    setup.params().validate()
+
+
+def test_base_and_race_carry_the_published_gains():
+    published = {
+        "base": (0.6, 0.5, 5.0, 1.0, -0.013, 2.0, 4.0, 0.2),
+        "race": (0.30, 0.5, 10.0, 10.0, 0.005, 2.75, 10.0, 0.85),
+    }
+    names = ("k_ang", "k_dist", "k_soft", "k_damp", "k_rate", "v_min", "v_max", "l_max")
+    for setup, values in published.items():
+        assert tuple(firstlap.load_setup(setup).get(name) for name in names) == values
+
+
+def test_names_are_unique_over_all_sections_so_that_set_needs_none():
+    names = [field.name for field in SETUP_FIELDS.fields]
+    assert len(names) == len(set(names))
+
+
+@pytest.mark.parametrize("field", SETUP_FIELDS.fields + CAR_FIELDS.fields, ids=lambda field: field.key)
+def test_every_default_lies_in_its_range_and_every_field_says_what_it_is(field):
+    assert field.min <= field.default <= field.max
+    assert field.doc
+
+
+def test_a_file_holds_what_differs():
+    setup = parse_setup("stanley:\n  k_ang: 0.4\n  rate_reference: 1\nscan:\n  deskew: false\n", "mine.yaml")
+    assert setup.name == "mine"
+    assert setup.get("k_ang") == 0.4
+    assert setup.get("rate_reference") == 1
+    assert setup.get("scan.deskew") is False
+    assert setup.get("k_dist") == SETUP_FIELDS.find("k_dist", "").default
+
+
+def test_numbers_that_yaml_takes_for_text_are_numbers():
+    assert parse_setup("stanley:\n  k_ang: 4e-1\n", "mine.yaml").get("k_ang") == 0.4
+
+
+def test_a_changed_copy_leaves_the_first_alone():
+    base = firstlap.load_setup("base")
+    changed = base.with_values({"k_ang": 0.3})
+    assert (base.get("k_ang"), changed.get("k_ang")) == (0.6, 0.3)
+
+
+def test_a_car_brings_its_body_unless_the_setup_has_one():
+    gym = firstlap.load_car("gym").core
+    assert firstlap.load_setup("base").params(gym).get("car", "wheelbase") == 0.3302
+    own = firstlap.load_setup("base").with_values({"wheelbase": 0.4})
+    assert own.params(gym).get("car", "wheelbase") == 0.4
+
+
+def test_a_car_file_holds_what_differs_from_the_default_car():
+    car = parse_car("vehicle:\n  friction: 0.6\nlidar:\n  beams: 541\n", "mine.yaml").core
+    assert car.get("vehicle", "friction") == 0.6
+    assert car.get("lidar", "beams") == 541
+    assert car.get("vehicle", "mass") == 3.5
+
+
+BAD = {
+    "empty": ("", "empty|nothing"),
+    "only comments": ("# nothing\n", "nothing"),
+    "not yaml": ("stanley: [", "not YAML"),
+    "no mapping": ("- 1\n", "mine.yaml"),
+    "unknown section": ("stanly:\n  k_ang: 1\n", "'stanly'.*stanley"),
+    "key without its section": ("k_ang: 1\n", "belongs under stanley"),
+    "unknown key": ("stanley:\n  k_andg: 1\n", r"stanley\.k_andg.*stanley\.k_ang"),
+    "key of another section": ("stanley:\n  v_max: 1\n", r"stanley\.v_max.*velocity_profile\.v_max"),
+    "section is no mapping": ("stanley: 3\n", "stanley"),
+    "section is empty": ("stanley:\n", "stanley"),
+    "out of range": ("stanley:\n  k_ang: 99\n", r"stanley\.k_ang is 99.*0 to 2"),
+    "text": ("stanley:\n  k_ang: fast\n", r"stanley\.k_ang is fast.*not a number"),
+    "nothing": ("stanley:\n  k_ang:\n", r"stanley\.k_ang is nothing"),
+    "list": ("stanley:\n  k_ang: [1]\n", "not a number"),
+    "flag for a number": ("stanley:\n  k_ang: true\n", "not a number"),
+    "not finite": ("stanley:\n  k_ang: .nan\n", r"stanley\.k_ang"),
+    "infinite": ("stanley:\n  k_ang: .inf\n", r"stanley\.k_ang"),
+    "no whole number": ("stanley:\n  rate_reference: 0.5\n", "whole number"),
+    "number for a flag": ("scan:\n  deskew: 2\n", "true or false"),
+    "key twice": ("stanley:\n  k_ang: 1\n  k_ang: 0.5\n", "line 3.*second time"),
+    "section twice": ("stanley:\n  k_ang: 1\nstanley:\n  k_dist: 1\n", "second time"),
+    "contradiction": (
+        "velocity_profile:\n  v_min: 5\n  v_max: 4.5\n",
+        "velocity_profile.v_min is 5, allowed at most velocity_profile.v_max, which is 4.5",
+    ),
+    "alias": ("stanley: &a\n  k_ang: 1\nscan: *a\n", "alias"),
+}
+
+
+@pytest.mark.parametrize(("text", "said"), BAD.values(), ids=BAD.keys())
+def test_bad_files_are_refused_with_file_name_and_reason(text, said):
+    with pytest.raises(InputError, match=said) as caught:
+        parse_setup(text, "mine.yaml")
+    assert "mine.yaml" in str(caught.value)
+
+
+def test_bad_files_on_disk(tmp_path):
+    picture = tmp_path / "picture.yaml"
+    picture.write_bytes(b"\x89PNG\r\n\x1a\n\x00\xff")
+    for path in (picture, tmp_path, tmp_path / "missing.yaml"):
+        with pytest.raises(InputError, match=path.name):
+            firstlap.load_setup(path)
+
+
+def test_axles_that_do_not_fit_the_wheelbase_are_refused():
+    with pytest.raises(InputError, match=r"mine\.yaml"):
+        parse_car("vehicle:\n  l_f: 1.0\n", "mine.yaml")
+
+
+@given(st.text(max_size=200))
+def test_any_text_is_a_setup_or_refused_in_one_line(text):
+    try:
+        parse_setup(text, "any.yaml")
+    except InputError as error:
+        assert "\n" not in str(error)
+
+
+@given(
+    st.sampled_from(SETUP_FIELDS.fields), st.floats() | st.integers() | st.booleans() | st.none() | st.text(max_size=9)
+)
+def test_any_value_is_in_range_or_refused(field, value):
+    try:
+        checked = SETUP_FIELDS.check(field, value, "here")
+    except InputError:
+        return
+    assert field.min <= checked <= field.max

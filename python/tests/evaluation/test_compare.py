@@ -1,0 +1,308 @@
+"""Comparisons: every race once, a table, a picture, a report from which it can be repeated."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+
+import firstlap
+from firstlap import _core
+from firstlap.config.driver_kind import CoreHandle, TableParams
+from firstlap.drivers import DRIVERS, DriverKind, Preparation
+from firstlap.evaluation.compare.compare import Comparison, Entry, paper_order, parse_entries, reference_row
+from firstlap.evaluation.compare.record import Store, race_key, to_record
+
+CAR = firstlap.load_car("default")
+QUICK = ("compare", "oval", "--laps", 2, "--seeds", 2, "--store", "races", "--latency", "none")
+MAP_LESS = "local,gap,disparity,pid"
+
+
+def comparison(tmp_path: Path, drivers: str = "gap,pid", **options: Any) -> Comparison:
+    """A small one, not driven."""
+    settings: dict[str, Any] = {"laps": 2, "seeds": 2, "latency": "none", **options}
+    track = firstlap.load_track("oval")
+    return Comparison(track, parse_entries(drivers, CAR), CAR, store=Store(tmp_path / "races"), **settings)
+
+
+def test_every_driver_races_every_seed_and_the_table_has_all_its_columns(cli):
+    said = cli(*QUICK, "--drivers", MAP_LESS, "--json")
+    assert said.code == 0, said.err
+    assert [row["label"] for row in said.json["entries"]] == ["local", "gap", "disparity", "pid"]
+    for row in said.json["entries"]:
+        assert (row["runs"], row["finished"], row["success_rate"]) == (2, 2, 1.0)
+        assert row["best"] <= row["median"]
+        assert row["mean_speed"] == pytest.approx(row["distance"] / row["median"], rel=0.02)
+        assert 0.0 < row["compute_p50"] <= row["compute_p99"]
+        assert row["min_clearance"] > 0.0
+        assert row["needs_map"] is False
+    fastest = min(said.json["entries"], key=lambda row: row["median"])
+    assert said.json["reference"] == fastest["label"]
+    assert fastest["relative"] == 1.0
+
+
+def test_laps_are_those_of_the_races_that_race_drives(cli):
+    row = cli(*QUICK, "--drivers", "gap", "--json").json["entries"][0]
+    flying = [
+        cli("race", "oval", "--driver", "gap", "--laps", 2, "--seed", s, "--json").json["laps"][1] for s in (1, 2)
+    ]
+    times = sorted(lap["time"] for lap in flying)
+    assert row["best"] == times[0]
+    assert row["median"] == pytest.approx(sum(times) / 2)
+    assert row["spread"] == pytest.approx((times[1] - times[0]) / 2)
+
+
+def test_a_driver_may_come_with_several_setups(cli):
+    Path("brisk.yaml").write_text("driver: gap\nspeed:\n  v_max: 2.0\n")
+    said = cli(*QUICK, "--drivers", "gap,gap:brisk.yaml", "--json")
+    rows = said.json["entries"]
+    assert [row["label"] for row in rows] == ["gap", "gap:brisk"]
+    assert rows[1]["median"] > rows[0]["median"]
+
+
+def test_a_second_call_races_nothing_again_and_a_changed_one_does(tmp_path, monkeypatch):
+    first = comparison(tmp_path)
+    first.drive()
+    assert first.from_store == 0
+    monkeypatch.setattr("firstlap.evaluation.compare.compare.race", lambda *_a, **_o: pytest.fail("raced again"))
+    second = comparison(tmp_path)
+    second.drive()
+    assert second.from_store == 4
+    assert second.to_dict() == first.to_dict()
+    monkeypatch.undo()
+    third = comparison(tmp_path, laps=1)
+    third.drive()
+    assert third.from_store == 0
+
+
+def test_the_key_of_a_race_tells_everything_that_it_depends_on():
+    track, setup = firstlap.load_track("oval"), firstlap.load_setup("gap")
+    keys = {
+        race_key(track, setup, CAR, 2, 1, "none", {}),
+        race_key(track.reversed(), setup, CAR, 2, 1, "none", {}),
+        race_key(track, setup.with_values({"v_max": 3.0}), CAR, 2, 1, "none", {}),
+        race_key(track, firstlap.load_setup("pid"), CAR, 2, 1, "none", {}),
+        race_key(track, setup, firstlap.load_car("gym"), 2, 1, "none", {}),
+        race_key(track, setup, CAR, 3, 1, "none", {}),
+        race_key(track, setup, CAR, 2, 2, "none", {}),
+        race_key(track, setup, CAR, 2, 1, "measured", {}),
+        race_key(track, setup, CAR, 2, 1, "none", {"mu_scale": 0.9}),
+    }
+    assert len(keys) == 9
+
+
+def test_a_stored_race_is_the_race(tmp_path):
+    record = to_record(firstlap.race(firstlap.load_track("oval"), driver="pid", laps=2))
+    store = Store(tmp_path)
+    store.save("a", record)
+    loaded = store.load("a")
+    assert loaded is not None
+    assert (loaded.laps, loaded.outcome, loaded.distance) == (record.laps, record.outcome, record.distance)
+    assert np.array_equal(loaded.path["x"], record.path["x"])
+    line = loaded.line_of_best_lap()
+    assert line is not None
+    assert line["time"][-1] - line["time"][0] == pytest.approx(record.laps[1].time, abs=0.06)
+    assert store.load("b") is None
+    (tmp_path / "a.npz").write_bytes(b"half a file")
+    assert store.load("a") is None
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals")
+def test_an_interrupted_comparison_goes_on_where_it_was(tmp_path):
+    code = "from firstlap.cli import main; main()"
+    arguments = ["compare", "arena", "--drivers", "gap,pid", "--seeds", "400", "--laps", "2", "--store", tmp_path]
+    process = subprocess.Popen(
+        [sys.executable, "-c", code, *map(str, arguments)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+
+    def kept() -> int:
+        """Those with a dot are still being written."""
+        return len([path for path in tmp_path.glob("*.npz") if not path.name.startswith(".")])
+
+    deadline = time.monotonic() + 60.0
+    while kept() < 3 and time.monotonic() < deadline:
+        time.sleep(0.1)
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 130, err
+    driven = re.fullmatch(r"error: interrupted after (\d+) of 800 races; the same command goes on there\n", err)
+    assert driven, err
+    # A race that ends while the interrupt is answered may be kept without being counted; none is counted but not kept.
+    assert kept() >= int(driven[1]) >= 1
+
+
+def test_reports_hold_what_is_needed_to_repeat_them(cli):
+    said = cli(*QUICK, "--drivers", "gap,pid", "--report", "a.md", "--plot", "a.svg", "--car", "nuc2")
+    assert said.code == 0, said.err
+    text = Path("a.md").read_text()
+    assert "firstlap compare oval --drivers gap,pid --laps 2 --seeds 2 --car nuc2 --latency none" in text
+    for word in (firstlap.__version__, "seeds 1 to 2", "| gap | 1 | finished |", "![", "friction: 1.0"):
+        assert word in text
+    assert Path("a.png").stat().st_size > 20_000
+    assert Path("a.svg").is_file()
+    setups = [yaml.safe_load(block) for block in re.findall(r"```yaml\n(.*?)```", text, re.DOTALL)]
+    assert [setup.get("driver") for setup in setups[:2]] == ["gap", "pid"]
+    for i, setup in enumerate(setups[:2]):
+        Path(f"{i}.yaml").write_text(yaml.safe_dump(setup))
+        again = firstlap.load_setup(f"{i}.yaml")
+        assert again.values() == firstlap.load_setup(setup["driver"]).values()
+
+
+def test_an_html_report_stands_alone(cli):
+    assert cli(*QUICK, "--drivers", "gap,pid", "--report", "a.html").code == 0
+    text = Path("a.html").read_text()
+    assert "data:image/png;base64," in text
+    assert "<table>" in text
+    assert [path.name for path in Path().iterdir() if path.is_file()] == ["a.html"]
+
+
+def test_a_race_that_fails_shows_in_the_exit_code_and_the_table(cli):
+    Path("wild.yaml").write_text("driver: pid\nspeed: {v_min: 9, v_max: 12, a_y_max: 20}\n")
+    said = cli(*QUICK, "--drivers", "pid,pid:wild.yaml", "--report", "a.md", "--json")
+    assert said.code == 1
+    row = said.json["entries"][1]
+    assert (row["finished"], row["median"], row["relative"], row["min_clearance"]) == (0, None, None, 0.0)
+    assert said.json["reference"] == "pid"
+    assert "0 of 2" in Path("a.md").read_text()
+
+
+BAD = {
+    "unknown driver": (("--drivers", "gap,gobal"), "'gobal' is no driver"),
+    "unknown setup": (("--drivers", "gap:nothing"), "no such setup"),
+    "setup of another driver": (("--drivers", "gap:base"), "is for the driver local, not for gap"),
+    "twice": (("--drivers", "gap,gap"), "gap is named twice"),
+    "empty": (("--drivers", "gap,,pid"), "expected DRIVER or DRIVER:SETUP"),
+    "no setup after the colon": (("--drivers", "gap:"), "expected DRIVER or DRIVER:SETUP"),
+    "latency": (("--latency", "some"), "expected measured, none, or fixed:MS"),
+    "report of no kind": (("--report", "a.docx"), ".md, .html"),
+    "report nowhere": (("--report", "no/such/a.md"), "there is no folder"),
+    "report on a folder": (("--report", "folder.md"), "is a folder"),
+    "picture of no kind": (("--plot", "a.txt"), ".png"),
+    "store in a file": (("--store", "file"), "no folder for races can be made"),
+    "no laps": (("--laps", "0"), "laps"),
+    "unknown car": (("--car", "truck"), "no such car"),
+}
+
+
+@pytest.mark.parametrize(("arguments", "said"), BAD.values(), ids=BAD.keys())
+def test_bad_input_is_one_line_and_exit_2(cli, arguments, said):
+    Path("folder.md").mkdir()
+    Path("file").write_text("here")
+    answer = cli("compare", "oval", "--store", "races", *arguments)
+    assert answer.code == 2
+    assert re.fullmatch(r"error: .+\n", answer.err)
+    assert said in answer.err
+    assert answer.out == ""
+
+
+def test_relative_is_to_global_where_it_raced():
+    rows = [
+        {"driver": "gap", "label": "gap", "median": 10.0, "success_rate": 1.0},
+        {"driver": "global", "label": "global", "median": 11.0, "success_rate": 1.0},
+        {"driver": "local", "label": "local", "median": 12.0, "success_rate": 1.0},
+        {"driver": "pid", "label": "pid", "median": None, "success_rate": 0.0},
+    ]
+    assert reference_row(rows)["label"] == "global"
+    assert reference_row(rows[:1] + rows[2:])["label"] == "gap"
+    assert reference_row([]) is None
+    order = paper_order(rows)
+    assert order["gaps"]["reactive_to_local"]["ours"] == pytest.approx(10 / 12 - 1)
+    assert order["gaps"]["local_to_global"]["ours"] == pytest.approx(12 / 11 - 1)
+    assert order["gaps"]["reactive_to_local"]["paper"] == pytest.approx(0.25)
+    assert paper_order(rows[:1])["gaps"]["local_to_global"]["ours"] is None
+
+
+def test_of_rows_that_often_fail_none_is_the_reference():
+    rows = [
+        {"driver": "gap", "label": "gap", "median": 9.0, "success_rate": 0.2},
+        {"driver": "pid", "label": "pid", "median": 12.0, "success_rate": 1.0},
+    ]
+    assert reference_row(rows)["label"] == "pid"
+
+
+# A driver in Python, which prepares itself on the track; it must be importable in the processes that race it.
+class Planned:
+    """Drives as pid does, by way of Python."""
+
+    def __init__(self, top_speed: float) -> None:
+        params = _core.CenterPidParams()
+        params.set("speed", "v_max", top_speed)
+        self.pid = _core.CenterPid(params)
+
+    def step(self, ranges: Any, speed: float, yaw_rate: float, steering: float, dt: float, header: Any) -> Any:
+        """One step."""
+        return self.pid.step(ranges, speed, yaw_rate, steering, dt, **header)
+
+    def reset(self) -> None:
+        """Forgets."""
+        self.pid.reset()
+
+
+def _prepare(track: Any, _setup: Any, _car: Any, _seed: int, look: Any) -> Preparation:
+    if look:
+        look("measuring", 1.0)
+    return Preparation(seconds=12.5, given=2.0 + 0.0 * track.length)
+
+
+def driver_kind() -> DriverKind:
+    """As a module of PYTHON_DRIVERS gives it."""
+    fields = DRIVERS["pid"].fields
+    return DriverKind(
+        name="planned",
+        title="a test",
+        fields=fields,
+        new_params=lambda: TableParams(fields),
+        make=lambda _values, _car, prepared: CoreHandle(_core.CallbackDriver(Planned(prepared.given))),
+        default_setup="planned",
+        picture="firstlap.explain.pid:draw_pid",
+        needs_map=True,
+        in_python=True,
+        prepare=_prepare,
+    )
+
+
+def test_drivers_in_python_race_in_processes_with_what_they_prepared(tmp_path, monkeypatch):
+    monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parent))
+    DRIVERS.register(driver_kind())
+    try:
+        setup = firstlap.Setup("planned", driver="planned")
+        looks: list[tuple[str, str, float]] = []
+        entry = Entry(setup)
+        contest = Comparison(
+            firstlap.load_track("oval"), [entry], CAR, laps=1, seeds=2, latency="none", store=Store(tmp_path), jobs=1
+        )
+        monkeypatch.setattr("firstlap.evaluation.compare.compare._Processes.begin", staticmethod(register_here))
+        contest.drive(preparing=lambda e, what, share: looks.append((e.label, what, share)))
+        row = contest.to_dict()["entries"][0]
+        assert (row["finished"], row["preparation"], row["needs_map"]) == (2, 12.5, True)
+        assert row["mean_speed"] <= 2.0
+        assert looks == [("planned", "measuring", 1.0)]
+    finally:
+        DRIVERS.forget("planned")
+
+
+def register_here() -> None:
+    """Run in each process before its first race."""
+    DRIVERS.register(driver_kind())
+
+
+def test_conditions_hold_for_every_driver(cli):
+    said = cli(*QUICK, "--drivers", "pid", "--option", "mu_scale=0.9", "--seeds", 1, "--report", "a.md", "--json")
+    assert said.json["options"] == {"mu_scale": 0.9}
+    assert "--option mu_scale=0.9" in Path("a.md").read_text()
+
+
+def test_json_is_one_object_and_nothing_else(cli):
+    said = cli(*QUICK, "--drivers", "pid", "--json")
+    assert said.err == ""
+    assert set(json.loads(said.out)) >= {"version", "track", "entries", "reference", "order", "latency", "seeds"}

@@ -1,0 +1,140 @@
+"""What a person sees and does in the browser."""
+
+from __future__ import annotations
+
+import io
+import re
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from PIL import Image
+from screens import SHOTS
+
+from firstlap.pitwall.app import App, serve
+from firstlap.pitwall.authentication import Authentication
+from firstlap.pitwall.panel import Panel, WatchPanel
+from firstlap.pitwall.source import Source
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Locator, Page
+
+COUNT = """
+window.shown = 0;
+window.drawn = 0;
+const Plain = Worker;
+window.Worker = class extends Plain {
+  constructor(...given) {
+    super(...given);
+    this.addEventListener("message", ({data}) => {
+      if (data?.type !== "message_batch") return;
+      const points = data.messages.some((m) => /PointCloud|SceneNodeUpdate/.test(m.type));
+      if (points) window.shown += 1;
+    });
+  }
+};
+const tick = () => { window.drawn += 1; requestAnimationFrame(tick); };
+requestAnimationFrame(tick);
+window.done = 0;
+for (const kind of ["pointerup", "keydown"]) addEventListener(kind, () => { window.done = Date.now(); }, true);
+"""
+"""Counts in the page what reaches it: batches of messages that move the scene, and pictures drawn; and when [ms] a
+person last did something."""
+PATIENCE = 90.0
+
+
+class Sight:
+    """One page."""
+
+    def __init__(
+        self, browser: Browser, address: str, width: int = 1000, height: int = 800, fine: float = 0.15
+    ) -> None:
+        self.context = browser.new_context(viewport={"width": width, "height": height})
+        self.page: Page = self.context.new_page()
+        self.page.add_init_script(COUNT)
+        self.page.set_default_timeout(1000.0 * PATIENCE)
+        # Coarse pictures leave the processors of a machine without a graphics card to the race.
+        self.page.goto(f"{address}{'&' if '?' in address else '?'}fixedDpr={fine}")
+
+    def ready(self) -> Sight:
+        """Until it shows a moment of the race."""
+        self.until(lambda: self.moment() is not None)
+        return self
+
+    def close(self) -> None:
+        """The tab."""
+        self.context.close()
+
+    def until(self, condition: Callable[[], object], seconds: float = PATIENCE) -> None:
+        """Raises AssertionError where it does not come true."""
+        end = time.monotonic() + seconds
+        while not condition():
+            assert time.monotonic() < end, "not seen"
+            self.page.wait_for_timeout(60)
+
+    def text(self) -> str:
+        """All that stands there, unfolded or not."""
+        return str(self.page.evaluate("(document.getElementById('root') ?? document.body).textContent"))
+
+    @property
+    def connected(self) -> bool:
+        """As the page has it, which goes on trying while it has the focus."""
+        self.page.bring_to_front()
+        return (
+            self.page.locator(".tabler-icon-cloud-check").count() > 0
+            and not self.page.locator(".mantine-Loader-root").count()
+        )
+
+    def moment(self) -> float | None:
+        """[s] of the race or recording, as the status line has it."""
+        found = re.search(r"pictures a second(\d+\.\d) s", self.text())
+        return float(found[1]) if found else None
+
+    def press(self, label: str) -> None:
+        """A button."""
+        self.page.get_by_role("button", name=label, exact=True).first.click()
+
+    def row(self, label: str) -> Locator:
+        """The control of that name."""
+        name = self.page.locator("label").filter(has_text=re.compile(rf"^(● )?{re.escape(label)}\b")).first
+        name.scroll_into_view_if_needed()
+        return self.page.locator(f'[id="{name.get_attribute("for")}"]')
+
+    def box(self, label: str) -> Locator:
+        """The box beside a slider."""
+        return self.row(label).locator("xpath=..").locator("input[inputmode]").first
+
+    def slide(self, label: str, share: float) -> None:
+        """The mouse takes a slider there, from 0 to 1."""
+        area = self.row(label).bounding_box()
+        assert area is not None
+        x, y = area["x"] + share * area["width"], area["y"] + 0.5 * area["height"]
+        self.page.mouse.move(x + 12.0, y)
+        self.page.mouse.down()
+        self.page.mouse.move(x, y, steps=3)
+        self.page.mouse.up()
+
+    def picture(self, name: str) -> np.ndarray:
+        """(H, W, 3) of the whole page, which is kept."""
+        raw = self.page.screenshot(path=str(SHOTS / f"{name}.png"))
+        return np.asarray(Image.open(io.BytesIO(raw)).convert("RGB"), dtype=int)
+
+    def count(self, name: str) -> int:
+        """What COUNT counted, or noted."""
+        return int(self.page.evaluate(f"window.{name}"))
+
+
+def near(picture: np.ndarray, color: tuple[int, int, int], within: int = 40) -> int:
+    """Pixels of that color."""
+    return int((np.abs(picture - np.asarray(color)).max(axis=2) <= within).sum())
+
+
+def wall(source: Source, token: str | None = None) -> tuple[Authentication, App]:
+    """As `firstlap view` puts it together."""
+
+    def panel(client: Any, may_control: bool, on_map: Any) -> Any:
+        return Panel(client, source, on_map=on_map) if may_control else WatchPanel(client, source)
+
+    authentication = Authentication(token)
+    return authentication, serve(source, port=0, authentication=authentication, panel=panel)

@@ -1,0 +1,70 @@
+"""A car that gets no good scans for a moment: what it remembers moves under it, and the brakes work on that."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import firstlap
+from firstlap import _core
+from firstlap.config.car_file import load_car
+from firstlap.config.driver_kind import CoreHandle
+from firstlap.config.setup_file import load_setup
+from firstlap.sim.race import start_race
+
+SEEN = 3
+"""Scans that show the box before they go bad."""
+BLIND = 7
+"""Scans in a row that are bad then: less than the time that the car holds its path."""
+NEAREST = 0.3
+"""[m] that the car keeps from the box, at least."""
+
+
+class Blinded:
+    """A racer whose scans go bad when a box has been in them for a moment. What `_core.CallbackDriver` calls."""
+
+    def __init__(self, setup: str, blind: int) -> None:
+        self.racer = _core.Racer(load_setup(setup).params(load_car("default").core))
+        self.blind = blind
+        self.race: _core.Race | None = None
+        self.shown = 0
+        self.holding = 0
+
+    def reset(self) -> None:
+        self.racer.reset()
+
+    def step(self, ranges, speed, yaw_rate, steering_angle, dt, header):
+        assert self.race is not None
+        self.shown += self.race.result()["obstacle"] is not None
+        if SEEN < self.shown <= SEEN + self.blind:
+            ranges = np.zeros_like(ranges)
+        result = self.racer.step(ranges, speed, yaw_rate, steering_angle, dt, **header)
+        self.holding += result[2] == "holding"
+        return result
+
+
+def end_before_a_box(setup: str, sight: float, blind: int) -> tuple[str, float, int]:
+    """How the race to a box that bars the road ends, how near the car came to it, and for how many scans it held."""
+    driver = Blinded(setup, blind)
+    options = {"obstacle_at": 60.0, "obstacle_sight": sight, "obstacle_width": 2.4, "obstacle_length": 0.1}
+    race = start_race(
+        firstlap.load_track("oval"),
+        CoreHandle(_core.CallbackDriver(driver)),
+        load_car("default"),
+        laps=2,
+        options=options,
+    )
+    driver.race = race
+    while race.advance():
+        pass
+    found = race.result()
+    return found["outcome"], found["obstacle"]["clearance"], driver.holding
+
+
+@pytest.mark.parametrize("setup", ["sure", "brisk"])
+def test_a_car_whose_scans_go_bad_before_a_box_stops_before_it(setup):
+    for sight in (3.5, 4.0, 5.0, 6.0):
+        outcome, clearance, holding = end_before_a_box(setup, sight, BLIND)
+        assert outcome == "stuck", sight
+        assert clearance > NEAREST, sight
+        assert holding >= BLIND - 1
