@@ -14,9 +14,6 @@ done
 step clang-format
 clang-format-16 --dry-run -Werror "${sources[@]}"
 
-step arrows
-scripts/check_arrows.sh
-
 step ruff
 ruff check python scripts
 ruff format --check --quiet python scripts

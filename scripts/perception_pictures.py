@@ -73,7 +73,7 @@ def slalom(folder: pathlib.Path) -> None:
     axes = figure.add_axes((0.05, 0.08, 0.93, 0.8))
     scene(axes, trace, pose, truth, (-1.5, 8.0, -3.2, 3.2))
     sections, points = trace["sections"], trace["points"]
-    for i, (first, last, fate) in enumerate(zip(sections["first"], sections["last"], sections["fate"], strict=True)):
+    for i, (first, last, fate) in enumerate(zip(sections["first"], sections["last"], sections["status"], strict=True)):
         piece = points[first : last + 1]
         color = SECTIONS[i % len(SECTIONS)] if fate == 0 else "#9aa4af"
         axes.scatter(piece[:, 0], piece[:, 1], s=10, color=color, linewidths=0, zorder=3)

@@ -6,9 +6,9 @@
 #include <random>
 #include <vector>
 
-#include "firstlap/velocity_profile.hpp"
-#include "firstlap/wall_memory.hpp"
-#include "tests/core/scene.hpp"
+#include "firstlap/perception/wall_memory.hpp"
+#include "firstlap/planning/velocity_profile.hpp"
+#include "support/scene.hpp"
 
 namespace {
 
@@ -126,7 +126,8 @@ void stage_vote_by_past(benchmark::State& state) {
   Buffer<SectionSample> samples(max_samples);
   sample_sections(s.racer.trace().points, s.racer.trace().sections, CarGeometry{}, 0.15, samples);
   for (auto _ : state) {
-    vote_by_past(s.racer.trace().walls, s.racer.trace().path, Buffer<TrailPoint>(1), s.params.segmentation, samples);
+    label_from_history(s.racer.trace().walls, s.racer.trace().path, Buffer<TrailPoint>(1), s.params.segmentation,
+                       samples);
     benchmark::DoNotOptimize(samples.data());
   }
 }
@@ -134,7 +135,7 @@ void stage_vote_by_past(benchmark::State& state) {
 void stage_sides(benchmark::State& state) {
   Stages s(state.range(0));
   const Trace& t = s.racer.trace();
-  WallsSeen walls;
+  LocalWalls walls;
   for (auto _ : state) {
     const Candidates c = rank_splits(t.points, t.sections, t.samples, 1.8, s.params.car, s.params.segmentation);
     split_into_sides(t.points, t.sections, t.samples, c.items[0].split, CarGeometry{}, 0.15, 0.8, 5.0, walls);
@@ -145,12 +146,12 @@ void stage_sides(benchmark::State& state) {
 void stage_recall_hidden(benchmark::State& state) {
   Stages s(state.range(0));
   Buffer<float> ranges(max_points);
-  WallsSeen walls;
+  LocalWalls walls;
   for (auto _ : state) {
     walls.left.clear();
     walls.right.clear();
     ranges_by_beam(s.racer.trace().points, s.table.size(), ranges);
-    recall_hidden(s.racer.trace().walls, s.table, ranges, s.params.car, 0.8, walls);
+    carry_over_occluded(s.racer.trace().walls, s.table, ranges, s.params.car, 0.8, walls);
     benchmark::DoNotOptimize(walls.left.x.data());
   }
 }

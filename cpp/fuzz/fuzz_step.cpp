@@ -8,7 +8,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "firstlap/racer.hpp"
+#include "firstlap/drivers/racer.hpp"
 
 namespace {
 

@@ -7,8 +7,8 @@
 
 #include "arrays.hpp"
 #include "car_sections.hpp"
-#include "firstlap/racer.hpp"
-#include "rooms.hpp"
+#include "firstlap/drivers/racer.hpp"
+#include "modules.hpp"
 
 namespace firstlap::bindings {
 namespace {

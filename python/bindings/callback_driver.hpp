@@ -5,7 +5,7 @@
 #include <nanobind/nanobind.h>
 #include <utility>
 
-#include "firstlap/driver.hpp"
+#include "firstlap/common/driver.hpp"
 
 namespace firstlap::bindings {
 

@@ -4,8 +4,8 @@
 #include <span>
 
 #include "arrays.hpp"
-#include "firstlap/racer.hpp"
-#include "rooms.hpp"
+#include "firstlap/drivers/racer.hpp"
+#include "modules.hpp"
 #include "tables.hpp"
 
 namespace firstlap::bindings {
@@ -104,7 +104,7 @@ nb::dict as_dict(const Buffer<Section>& sections) {
   entry["last"] = column<std::int64_t>(sections, [](const Section& s) { return s.last; });
   entry["nearest"] = column<double>(sections, [](const Section& s) { return s.nearest; });
   entry["length"] = column<double>(sections, [](const Section& s) { return s.length; });
-  entry["fate"] = column<std::uint8_t>(sections, [](const Section& s) { return s.fate; });
+  entry["status"] = column<std::uint8_t>(sections, [](const Section& s) { return s.status; });
   return entry;
 }
 

@@ -8,7 +8,7 @@
 #include "firstlap/drivers/center_pid.hpp"
 #include "firstlap/drivers/disparity_extender.hpp"
 #include "firstlap/drivers/follow_the_gap.hpp"
-#include "rooms.hpp"
+#include "modules.hpp"
 #include "tables.hpp"
 
 namespace firstlap::bindings {

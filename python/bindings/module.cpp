@@ -1,5 +1,5 @@
-// firstlap._core: the C++ rooms as Python sees them. The package firstlap is what people should import.
-#include "rooms.hpp"
+// firstlap._core: the C++ layers as Python sees them. The package firstlap is what people should import.
+#include "modules.hpp"
 
 NB_MODULE(_core, m) {
   m.doc() = "The C++ core of firstlap.";
@@ -8,7 +8,8 @@ NB_MODULE(_core, m) {
   firstlap::bindings::bind_core(m);
   firstlap::bindings::bind_drivers(m);
   firstlap::bindings::bind_sim(m);
-  firstlap::bindings::bind_maps(m);
+  firstlap::bindings::bind_mapping(m);
+  firstlap::bindings::bind_localization(m);
   firstlap::bindings::bind_bench(m);
   firstlap::bindings::bind_replay(m);
   firstlap::bindings::bind_world(m);

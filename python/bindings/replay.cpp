@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "arrays.hpp"
-#include "firstlap/racer.hpp"
+#include "firstlap/drivers/racer.hpp"
 #include "firstlap/sim/race.hpp"
-#include "rooms.hpp"
+#include "modules.hpp"
 #include "step_log.hpp"
 
 namespace firstlap::bindings {

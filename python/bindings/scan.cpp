@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "arrays.hpp"
-#include "firstlap/scan_check.hpp"
-#include "firstlap/scan_period.hpp"
-#include "rooms.hpp"
+#include "firstlap/perception/scan_check.hpp"
+#include "firstlap/perception/scan_period.hpp"
+#include "modules.hpp"
 
 namespace firstlap::bindings {
 namespace {

@@ -10,7 +10,7 @@
 #include "arrays.hpp"
 #include "callback_driver.hpp"
 #include "car_sections.hpp"
-#include "rooms.hpp"
+#include "modules.hpp"
 #include "tables.hpp"
 
 namespace firstlap::bindings {

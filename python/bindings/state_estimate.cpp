@@ -1,7 +1,7 @@
 // The estimate of the car's state, for cars with poor odometry.
-#include "firstlap/state_estimate.hpp"
+#include "firstlap/estimation/state_estimate.hpp"
 
-#include "rooms.hpp"
+#include "modules.hpp"
 #include "tables.hpp"
 
 namespace firstlap {

@@ -5,7 +5,7 @@
 #include <nanobind/nanobind.h>
 #include <vector>
 
-#include "firstlap/trace.hpp"
+#include "firstlap/drivers/trace.hpp"
 
 namespace firstlap::bindings {
 

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <type_traits>
 
-#include "firstlap/field.hpp"
+#include "firstlap/common/field.hpp"
 
 namespace firstlap::bindings {
 

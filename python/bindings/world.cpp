@@ -10,7 +10,7 @@
 
 #include "arrays.hpp"
 #include "car_sections.hpp"
-#include "rooms.hpp"
+#include "modules.hpp"
 #include "tables.hpp"
 
 namespace firstlap::sim {

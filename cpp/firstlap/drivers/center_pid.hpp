@@ -1,11 +1,12 @@
-// Centre following: two beams on each side give the distance and direction of the walls, projected ahead; a PID
+// Center following: two beams on each side give the distance and direction of the walls, projected ahead; a PID
 // controller steers the car to the middle between them.
 #pragma once
 
 #include <tuple>
 
-#include "firstlap/buffer.hpp"
-#include "firstlap/driver.hpp"
+#include "firstlap/common/buffer.hpp"
+#include "firstlap/common/car_geometry.hpp"
+#include "firstlap/common/driver.hpp"
 #include "firstlap/drivers/reactive_control.hpp"
 #include "firstlap/drivers/sweep.hpp"
 
@@ -34,9 +35,9 @@ struct CenterParams {
         Field{"side_range", &P::side_range, "m", 0.3, 30.0, "a wall further to the side counts as this far"},
         Field{"preview", &P::preview, "m", 0.0, 5.0, "the middle is wanted this far ahead of the laser"},
         Field{"preview_time", &P::preview_time, "s", 0.0, 2.0, "and further by the way driven in this time"},
-        Field{"k_p", &P::k_p, "rad/m", 0.0, 5.0, "wheel angle per metre off the middle"},
-        Field{"k_i", &P::k_i, "rad/(m s)", 0.0, 2.0, "per metre off for a second; the integral is limited to 0.2 rad"},
-        Field{"k_d", &P::k_d, "rad s/m", 0.0, 1.0, "per metre a second of change"},
+        Field{"k_p", &P::k_p, "rad/m", 0.0, 5.0, "wheel angle per meter off the middle"},
+        Field{"k_i", &P::k_i, "rad/(m s)", 0.0, 2.0, "per meter off for a second; the integral is limited to 0.2 rad"},
+        Field{"k_d", &P::k_d, "rad s/m", 0.0, 1.0, "per meter a second of change"},
         Field{"error_limit", &P::error_limit, "m", 0.1, 10.0, "being off by more counts as this"},
         Field{"derivative_time", &P::derivative_time, "s", 0.0, 0.5, "time constant of the derivative's low pass"},
         Field{"arc_margin", &P::arc_margin, "m", 0.0, 0.5, "free distance: the body with this off the returns"},

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "firstlap/drivers/params.hpp"
-#include "firstlap/plausible.hpp"
+#include "firstlap/common/plausible.hpp"
+#include "firstlap/drivers/driver_params.hpp"
 
 namespace firstlap::drivers {
 

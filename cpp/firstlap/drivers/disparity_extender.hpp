@@ -1,13 +1,14 @@
-// The disparity extender (N. Otterness, F1TENTH 2019): where neighbouring ranges differ by much, the nearer one
+// The disparity extender (N. Otterness, F1TENTH 2019): where neighboring ranges differ by much, the nearer one
 // is extended over the farther by half the car's width; the car aims at the farthest direction that is left,
-// as fast as the free distance allows, and does not turn towards a side that is too near.
+// as fast as the free distance allows, and does not turn toward a side that is too near.
 #pragma once
 
 #include <cstddef>
 #include <tuple>
 
-#include "firstlap/buffer.hpp"
-#include "firstlap/driver.hpp"
+#include "firstlap/common/buffer.hpp"
+#include "firstlap/common/car_geometry.hpp"
+#include "firstlap/common/driver.hpp"
 #include "firstlap/drivers/reactive_control.hpp"
 #include "firstlap/drivers/sweep.hpp"
 
@@ -26,14 +27,14 @@ struct DisparityParams {
     using P = DisparityParams;
     return std::tuple{
         Field{"view_angle", &P::view_angle, "rad", 0.3, 2.3, "directions further to the side are not considered"},
-        Field{"disparity", &P::disparity, "m", 0.05, 3.0, "neighbouring ranges that differ by more are a disparity"},
+        Field{"disparity", &P::disparity, "m", 0.05, 3.0, "neighboring ranges that differ by more are a disparity"},
         Field{"tolerance", &P::tolerance, "m", 0.0, 1.0, "a disparity is extended by half the car's width and this"},
         Field{"block_share", &P::block_share, "", 0.5, 1.0,
               "the aim is the middle of the block within this share of the farthest range"},
         Field{"straight_weight", &P::straight_weight, "", 0.0, 1.0,
               "free distance: of the aim (0) to the smaller one of aim and straight ahead (1)"},
         Field{"side_clearance", &P::side_clearance, "m", 0.0, 1.0,
-              "no turning towards a side with less room than this beside the car"},
+              "no turning toward a side with less room than this beside the car"},
         Field{"emergency_margin", &P::emergency_margin, "m", 0.0, 0.5,
               "the body keeps this off returns ahead, or the car stops"},
     };

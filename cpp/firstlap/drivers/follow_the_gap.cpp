@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "firstlap/drivers/params.hpp"
-#include "firstlap/geometry.hpp"
-#include "firstlap/plausible.hpp"
+#include "firstlap/common/geometry.hpp"
+#include "firstlap/common/plausible.hpp"
+#include "firstlap/drivers/driver_params.hpp"
 
 namespace firstlap::drivers {
 namespace {

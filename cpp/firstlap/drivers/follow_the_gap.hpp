@@ -7,8 +7,9 @@
 #include <cstddef>
 #include <tuple>
 
-#include "firstlap/buffer.hpp"
-#include "firstlap/driver.hpp"
+#include "firstlap/common/buffer.hpp"
+#include "firstlap/common/car_geometry.hpp"
+#include "firstlap/common/driver.hpp"
 #include "firstlap/drivers/reactive_control.hpp"
 #include "firstlap/drivers/sweep.hpp"
 

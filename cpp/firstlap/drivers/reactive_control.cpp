@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "firstlap/geometry.hpp"
+#include "firstlap/common/geometry.hpp"
 
 namespace firstlap::drivers {
 namespace {
@@ -71,9 +71,9 @@ double free_along_arc(const Buffer<Point2>& points, double curvature, double mar
   const double radius = 1.0 / std::abs(curvature);
   const double inner = std::max(radius - side, 0.0);
   const double outer = norm(radius + side, front);
-  double least = farthest / radius;  // [rad] round the circle's centre
+  double least = farthest / radius;  // [rad] round the circle's center
   for (const Point2& p : points) {
-    const double y = radius - (curvature > 0.0 ? p.y : -p.y);  // towards the car from the centre
+    const double y = radius - (curvature > 0.0 ? p.y : -p.y);  // toward the car from the center
     const double square = p.x * p.x + y * y;
     if (square <= inner * inner || square >= outer * outer) continue;
     const double distance = std::sqrt(square);

@@ -5,10 +5,10 @@
 #include <limits>
 #include <tuple>
 
-#include "firstlap/buffer.hpp"
-#include "firstlap/car_geometry.hpp"
-#include "firstlap/field.hpp"
-#include "firstlap/types.hpp"
+#include "firstlap/common/buffer.hpp"
+#include "firstlap/common/car_geometry.hpp"
+#include "firstlap/common/field.hpp"
+#include "firstlap/common/types.hpp"
 
 namespace firstlap::drivers {
 
@@ -67,7 +67,7 @@ double plan_speed(double free, double curvature, const SpeedNow& now, const Spee
 // `wanted` [rad] within the wheel's limit and what `a_y_steer` allows at this speed: atan(l a_y / v^2).
 double within_grip(double wanted, double speed, const SteeringParams& params, const CarGeometry& car) noexcept;
 
-// One step from the wheel angle commanded `before` towards `wanted` [rad]: low pass and servo's rate.
+// One step from the wheel angle commanded `before` toward `wanted` [rad]: low pass and servo's rate.
 double smooth_steering(double wanted, double before, double dt, double time, const CarGeometry& car) noexcept;
 
 // [1/m] of the rear axle's way at this wheel angle [rad].

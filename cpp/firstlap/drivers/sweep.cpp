@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "firstlap/geometry.hpp"
-#include "firstlap/scan_check.hpp"
-#include "firstlap/sweep_motion.hpp"
+#include "firstlap/common/geometry.hpp"
+#include "firstlap/perception/scan_check.hpp"
+#include "firstlap/perception/sweep_motion.hpp"
 
 namespace firstlap::drivers {
 namespace {

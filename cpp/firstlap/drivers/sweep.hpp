@@ -5,12 +5,12 @@
 #include <cstddef>
 #include <tuple>
 
-#include "firstlap/buffer.hpp"
-#include "firstlap/car_geometry.hpp"
-#include "firstlap/field.hpp"
-#include "firstlap/scan.hpp"
-#include "firstlap/scan_period.hpp"
-#include "firstlap/types.hpp"
+#include "firstlap/common/buffer.hpp"
+#include "firstlap/common/car_geometry.hpp"
+#include "firstlap/common/field.hpp"
+#include "firstlap/common/types.hpp"
+#include "firstlap/perception/scan.hpp"
+#include "firstlap/perception/scan_period.hpp"
 
 namespace firstlap::drivers {
 
@@ -26,7 +26,7 @@ struct SweepParams {
         Field{"range_use", &P::range_use, "m", 1.0, 30.0, "ranges are clipped here"},
         Field{"lost_range", &P::lost_range, "m", 0.1, 30.0, "how far it is free where many beams in a row are lost"},
         Field{"max_lost_beams", &P::max_lost_beams, "beams", 0.0, 200.0,
-              "fewer lost beams in a row get the nearer neighbour's range"},
+              "fewer lost beams in a row get the nearer neighbor's range"},
         Field{"footprint_margin", &P::footprint_margin, "m", 0.0, 0.3,
               "returns inside the car's body plus this are the car itself: lost"},
     };

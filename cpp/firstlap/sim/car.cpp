@@ -39,7 +39,7 @@ Car nuc2_car() {
 }
 
 // f1tenth_gym's default parameters; the laser as in f1tenth_gym_ros, the state without noise. Its rectangle is
-// centred on the centre of gravity.
+// centered on the center of gravity.
 Car gym_car() {
   Car car;
   car.geometry.wheelbase = 0.3302;

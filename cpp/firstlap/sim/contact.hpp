@@ -3,9 +3,9 @@
 
 #include <optional>
 
-#include "firstlap/car_geometry.hpp"
+#include "firstlap/common/car_geometry.hpp"
+#include "firstlap/common/types.hpp"
 #include "firstlap/sim/walls.hpp"
-#include "firstlap/types.hpp"
 
 namespace firstlap::sim {
 

@@ -1,8 +1,9 @@
 // f1tenth_gym's car: the single-track model of Althoff and Wuersching, "CommonRoad: Vehicle Models" (2020),
-// section 6, with linear tyres, and the low-level control that f1tenth_gym puts before it.
+// section 6, with linear tires, and the low-level control that f1tenth_gym puts before it.
 #include <algorithm>
 #include <cmath>
 
+#include "firstlap/common/car_geometry.hpp"
 #include "firstlap/sim/vehicle.hpp"
 
 namespace firstlap::sim {

@@ -181,7 +181,7 @@ void Lidar::index_vertices(std::size_t count) {
   }
 }
 
-// Settles the doubtful ones by the exact side of the beam, so that neighbours share edges without gaps.
+// Settles the doubtful ones by the exact side of the beam, so that neighbors share edges without gaps.
 void Lidar::settle_indices(std::size_t count) {
   for (std::size_t i = 0; i < count; ++i) {
     int beam = beam_[i];

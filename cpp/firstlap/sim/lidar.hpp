@@ -8,10 +8,10 @@
 #include <tuple>
 #include <vector>
 
-#include "firstlap/field.hpp"
-#include "firstlap/sim/rng.hpp"
+#include "firstlap/common/field.hpp"
+#include "firstlap/common/rng.hpp"
+#include "firstlap/common/types.hpp"
 #include "firstlap/sim/walls.hpp"
-#include "firstlap/types.hpp"
 
 namespace firstlap::sim {
 
@@ -66,7 +66,7 @@ struct LidarParams {
         Field{"noise_sigma", &P::noise_sigma, "m", 0.0, 0.5, "standard deviation of a range"},
         Field{"dropout_rate", &P::dropout_rate, "", 0.0, 1.0, "share of single beams lost (+inf)"},
         Field{"dropout_block_rate", &P::dropout_block_rate, "", 0.0, 1.0, "share of scans that lose a block"},
-        Field{"dropout_block_beams", &P::dropout_block_beams, "", 0.0, 10000.0, "neighbouring beams of a lost block"},
+        Field{"dropout_block_beams", &P::dropout_block_beams, "", 0.0, 10000.0, "neighboring beams of a lost block"},
         Field{"dropout_block_share", &P::dropout_block_share, "", 0.0, 0.95, "share of beams lost in such blocks"},
     };
   }

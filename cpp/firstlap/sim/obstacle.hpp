@@ -6,10 +6,10 @@
 #include <span>
 #include <vector>
 
-#include "firstlap/car_geometry.hpp"
+#include "firstlap/common/car_geometry.hpp"
+#include "firstlap/common/types.hpp"
 #include "firstlap/sim/lidar.hpp"
 #include "firstlap/sim/walls.hpp"
-#include "firstlap/types.hpp"
 
 namespace firstlap::sim {
 

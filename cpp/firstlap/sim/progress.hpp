@@ -1,12 +1,12 @@
 // Progress along a closed centerline: arc length s and lateral offset (left positive) of a moving point, and
-// the laps it makes. Found near the previous place only, so that a neighbouring part of the track never counts.
+// the laps it makes. Found near the previous place only, so that a neighboring part of the track never counts.
 #pragma once
 
 #include <cstddef>
 #include <span>
 #include <vector>
 
-#include "firstlap/types.hpp"
+#include "firstlap/common/types.hpp"
 
 namespace firstlap::sim {
 
@@ -25,12 +25,12 @@ class Progress {
   Pose2 pose_at(double s) const noexcept;             // any s [m]; heading along the centerline
   Projection locate(Point2 point) const noexcept;     // nearest anywhere
 
-  void reset(Point2 point) noexcept;   // nearest anywhere; travelled becomes 0
+  void reset(Point2 point) noexcept;   // nearest anywhere; traveled becomes 0
   void update(Point2 point) noexcept;  // nearest within 2 m of arc length of the last place
 
   double s() const noexcept { return place_.s; }                    // [m] in [0, length)
   double lateral_offset() const noexcept { return place_.offset; }  // [m] left positive
-  double travelled() const noexcept { return travelled_; }          // [m] since reset, laps included, signed
+  double traveled() const noexcept { return travelled_; }           // [m] since reset, laps included, signed
 
  private:
   struct Candidate {

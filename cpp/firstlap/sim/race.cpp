@@ -123,10 +123,10 @@ void Race::sweep(const Pose2& before, const Pose2& after, int i) {
 
 // Shares the step between the laps it belongs to; the line is crossed in between, linearly.
 void Race::check_laps(double distance) {
-  const double before = progress_.travelled();
+  const double before = progress_.traveled();
   const Pose2 pose = vehicle_.pose();
   progress_.update({pose.x, pose.y});
-  const double after = progress_.travelled(), speed = vehicle_.state().speed, offset = progress_.lateral_offset();
+  const double after = progress_.traveled(), speed = vehicle_.state().speed, offset = progress_.lateral_offset();
   const double line = progress_.length() * static_cast<double>(result_.laps.size() + 1);
   const double share = after >= line ? (line - before) / (after - before) : 1.0;
   result_.distance += share * distance;
@@ -149,7 +149,7 @@ void Race::check_obstacle() {
   Obstacle& box = *box_;
   const Pose2 pose = vehicle_.pose();
   if (!obstacle_) {
-    const double ahead = options_.obstacle_at - progress_.travelled();
+    const double ahead = options_.obstacle_at - progress_.traveled();
     if (ahead > 2.0 * options_.obstacle_sight + reach(car_.geometry) + options_.obstacle_length) return;
     if (clearance(car_.geometry, pose, box.walls()) > options_.obstacle_sight) return;
     obstacle_ = &box;
@@ -235,9 +235,9 @@ void Race::record() {
 }
 
 void Race::check_rules() {
-  best_travelled_ = std::max(best_travelled_, progress_.travelled());
+  best_travelled_ = std::max(best_travelled_, progress_.traveled());
   if (std::abs(vehicle_.state().speed) >= options_.stuck_speed) standing_since_ = result_.time;
-  if (progress_.travelled() < best_travelled_ - options_.wrong_way_distance) {
+  if (progress_.traveled() < best_travelled_ - options_.wrong_way_distance) {
     result_.outcome = Outcome::wrong_way;
   } else if (result_.time - standing_since_ >= options_.stuck_time) {
     result_.outcome = Outcome::stuck;

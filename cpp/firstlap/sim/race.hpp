@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
-#include "firstlap/driver.hpp"
-#include "firstlap/field.hpp"
+#include "firstlap/common/driver.hpp"
+#include "firstlap/common/field.hpp"
 #include "firstlap/sim/car.hpp"
 #include "firstlap/sim/lap_meter.hpp"
 #include "firstlap/sim/obstacle.hpp"

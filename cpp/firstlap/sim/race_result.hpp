@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "firstlap/types.hpp"
+#include "firstlap/common/types.hpp"
 
 namespace firstlap::sim {
 

@@ -6,9 +6,9 @@
 #include <cstdint>
 #include <tuple>
 
-#include "firstlap/field.hpp"
-#include "firstlap/sim/rng.hpp"
-#include "firstlap/types.hpp"
+#include "firstlap/common/field.hpp"
+#include "firstlap/common/rng.hpp"
+#include "firstlap/common/types.hpp"
 
 namespace firstlap::sim {
 

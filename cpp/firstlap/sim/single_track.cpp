@@ -1,8 +1,9 @@
-// The single-track model with nonlinear tyres: Rajamani, Vehicle Dynamics and Control, 2nd ed., ch. 2 and 13,
+// The single-track model with nonlinear tires: Rajamani, Vehicle Dynamics and Control, 2nd ed., ch. 2 and 13,
 // with F_x from the speed loop, static load transfer and a friction ellipse per axle.
 #include <algorithm>
 #include <cmath>
 
+#include "firstlap/common/car_geometry.hpp"
 #include "firstlap/sim/vehicle.hpp"
 
 namespace firstlap::sim {
@@ -44,13 +45,13 @@ Axles make_axles(const VehicleParams& p, double a) noexcept {
 }
 
 // F_y of an axle [N], left positive, from the velocity of its middle in the wheel's frame.
-double lateral_force(const VehicleParams& p, const Tyre& tyre, const Axle& axle, double along, double across) noexcept {
+double lateral_force(const VehicleParams& p, const Tire& tire, const Axle& axle, double along, double across) noexcept {
   const double slip_angle = -std::atan2(across, std::abs(along));
   const double left_over = friction_ellipse(axle.longitudinal, axle.limit);
-  return p.friction * axle.load * magic_formula(tyre, slip_angle) * left_over;
+  return p.friction * axle.load * magic_formula(tire, slip_angle) * left_over;
 }
 
-// The velocity part of the derivative, with slipping tyres.
+// The velocity part of the derivative, with slipping tires.
 void add_dynamic(const VehicleParams& p, const BodyState& q, const Axles& axles, double weight, BodyState& d) noexcept {
   const double c = std::cos(q.steering), s = std::sin(q.steering);
   const double front_across = q.lateral + p.l_f * q.yaw_rate, rear_across = q.lateral - p.l_r * q.yaw_rate;

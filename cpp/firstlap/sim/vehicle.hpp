@@ -1,17 +1,17 @@
-// The car in motion. Inside, the state of the centre of gravity; outside, base_link (the rear axle's middle),
+// The car in motion. Inside, the state of the center of gravity; outside, base_link (the rear axle's middle),
 // as everywhere in firstlap. Map frame, SI units, left positive.
 #pragma once
 
 #include <array>
 
-#include "firstlap/car_geometry.hpp"
+#include "firstlap/common/car_geometry.hpp"
+#include "firstlap/common/types.hpp"
 #include "firstlap/sim/delay_line.hpp"
 #include "firstlap/sim/vehicle_params.hpp"
-#include "firstlap/types.hpp"
 
 namespace firstlap::sim {
 
-// State of the centre of gravity. single_track: x, y [m], yaw [rad], forward and lateral speed in the body
+// State of the center of gravity. single_track: x, y [m], yaw [rad], forward and lateral speed in the body
 // frame [m/s], yaw rate [rad/s], wheel angle [rad].
 struct BodyState {
   double x = 0.0, y = 0.0, yaw = 0.0;
@@ -23,7 +23,7 @@ struct BodyState {
 BodyState single_track_derivative(const CarGeometry& geometry, const VehicleParams& params, const BodyState& state,
                                   double speed_command, double steering_command) noexcept;
 
-// f1tenth_gym's single track (CommonRoad's): state [x, y, steering, v, yaw, yaw rate, slip angle] at the centre
+// f1tenth_gym's single track (CommonRoad's): state [x, y, steering, v, yaw, yaw rate, slip angle] at the center
 // of gravity, input [steering rate, acceleration], limited inside. Kinematic below 0.5 m/s.
 using GymState = std::array<double, 7>;
 struct GymInput {
@@ -55,7 +55,7 @@ class Vehicle {
   // the constructor, and for another model; then nothing has changed.
   void change(const CarGeometry& geometry, const VehicleParams& params);
 
-  // A shove: adds to the lateral speed [m/s] of the centre of gravity and the yaw rate [rad/s]. Not finite: ignored.
+  // A shove: adds to the lateral speed [m/s] of the center of gravity and the yaw rate [rad/s]. Not finite: ignored.
   void kick(double lateral_speed, double yaw_rate) noexcept;
 
   // Moves on by dt [s], at most params.step_dt.
@@ -65,8 +65,8 @@ class Vehicle {
   VehicleState state() const noexcept;                           // true, as sensors would like to measure it
   VehicleState own_state() const noexcept;                       // as the car's electronics know it, by their constants
   double lateral_speed() const noexcept;                         // [m/s] of base_link
-  double forward_acceleration() const noexcept { return a_x_; }  // [m/s^2] of the centre of gravity
-  double lateral_acceleration() const noexcept { return a_y_; }  // [m/s^2] of the centre of gravity
+  double forward_acceleration() const noexcept { return a_x_; }  // [m/s^2] of the center of gravity
+  double lateral_acceleration() const noexcept { return a_y_; }  // [m/s^2] of the center of gravity
   double time() const noexcept { return time_; }                 // [s] since reset
 
  private:

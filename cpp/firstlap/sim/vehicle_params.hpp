@@ -3,14 +3,14 @@
 
 #include <tuple>
 
-#include "firstlap/field.hpp"
-#include "firstlap/sim/tyre_model.hpp"
+#include "firstlap/common/field.hpp"
+#include "firstlap/sim/tire_model.hpp"
 
 namespace firstlap::sim {
 
 enum class VehicleModel : int {
-  single_track = 0,  // nonlinear tyres, friction ellipse
-  gym = 1,           // f1tenth_gym's: linear tyres that never saturate; for conformance only
+  single_track = 0,  // nonlinear tires, friction ellipse
+  gym = 1,           // f1tenth_gym's: linear tires that never saturate; for conformance only
 };
 
 struct VehicleParams {
@@ -51,14 +51,14 @@ struct VehicleParams {
   static constexpr auto fields() {
     using P = VehicleParams;
     return std::tuple{
-        Field{"model", &P::model, "", 0.0, 1.0, "0 single track with nonlinear tyres, 1 f1tenth_gym's"},
+        Field{"model", &P::model, "", 0.0, 1.0, "0 single track with nonlinear tires, 1 f1tenth_gym's"},
         Field{"step_dt", &P::step_dt, "s", 0.0001, 0.0025, "longest integration step (Runge-Kutta 4)"},
         Field{"mass", &P::mass, "kg", 0.5, 5000.0, "of the whole car"},
-        Field{"yaw_inertia", &P::yaw_inertia, "kg m^2", 0.001, 10000.0, "about the centre of gravity"},
-        Field{"l_f", &P::l_f, "m", 0.02, 5.0, "centre of gravity to front axle"},
-        Field{"l_r", &P::l_r, "m", 0.02, 5.0, "centre of gravity to rear axle"},
-        Field{"cg_height", &P::cg_height, "m", 0.0, 2.0, "centre of gravity above ground"},
-        Field{"friction", &P::friction, "", 0.05, 3.0, "mu, tyre on ground; gym uses it too"},
+        Field{"yaw_inertia", &P::yaw_inertia, "kg m^2", 0.001, 10000.0, "about the center of gravity"},
+        Field{"l_f", &P::l_f, "m", 0.02, 5.0, "center of gravity to front axle"},
+        Field{"l_r", &P::l_r, "m", 0.02, 5.0, "center of gravity to rear axle"},
+        Field{"cg_height", &P::cg_height, "m", 0.0, 2.0, "center of gravity above ground"},
+        Field{"friction", &P::friction, "", 0.05, 3.0, "mu, tire on ground; gym uses it too"},
         Field{"front_b", &P::front_b, "", 0.1, 100.0, "Pacejka B, front"},
         Field{"front_c", &P::front_c, "", 0.1, 5.0, "Pacejka C, front"},
         Field{"front_d", &P::front_d, "", 0.05, 3.0, "Pacejka D, front"},
@@ -88,8 +88,8 @@ struct VehicleParams {
     };
   }
 
-  Tyre front_tyre() const noexcept { return {front_b, front_c, front_d, front_e}; }
-  Tyre rear_tyre() const noexcept { return {rear_b, rear_c, rear_d, rear_e}; }
+  Tire front_tyre() const noexcept { return {front_b, front_c, front_d, front_e}; }
+  Tire rear_tyre() const noexcept { return {rear_b, rear_c, rear_d, rear_e}; }
 };
 
 }  // namespace firstlap::sim

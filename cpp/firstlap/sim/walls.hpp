@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "firstlap/types.hpp"
+#include "firstlap/common/types.hpp"
 
 namespace firstlap::sim {
 

@@ -150,10 +150,10 @@ void World::sweep(std::size_t index, int i) {
 }
 
 void World::check_laps(Agent& agent, double distance) {
-  const double before = agent.progress.travelled();
+  const double before = agent.progress.traveled();
   const Pose2 pose = agent.vehicle.pose();
   agent.progress.update({pose.x, pose.y});
-  const double after = agent.progress.travelled(), offset = agent.progress.lateral_offset();
+  const double after = agent.progress.traveled(), offset = agent.progress.lateral_offset();
   const double speed = agent.vehicle.state().speed;
   const double line = agent.progress.length() * static_cast<double>(agent.laps.size() + 1);
   const double share = after >= line ? (line - before) / (after - before) : 1.0;

@@ -7,8 +7,8 @@
 #include "firstlap/drivers/center_pid.hpp"
 #include "firstlap/drivers/disparity_extender.hpp"
 #include "firstlap/drivers/follow_the_gap.hpp"
-#include "tests/core/allocations.hpp"
-#include "tests/core/random_inputs.hpp"
+#include "support/allocations.hpp"
+#include "support/random_inputs.hpp"
 
 namespace firstlap::drivers {
 namespace {

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 #include <numbers>
 
-#include "tests/core/random_inputs.hpp"
+#include "support/random_inputs.hpp"
 
 namespace firstlap::drivers {
 namespace {

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
-#include "tests/core/scene.hpp"
+#include "support/scene.hpp"
 
 namespace firstlap::drivers {
 namespace {

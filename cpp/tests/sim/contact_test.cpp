@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 #include <numbers>
 
-#include "firstlap/sim/rng.hpp"
+#include "firstlap/common/rng.hpp"
 
 namespace firstlap::sim {
 namespace {

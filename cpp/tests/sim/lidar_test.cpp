@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "support.hpp"
+#include "support/sim_scene.hpp"
 
 namespace firstlap::sim {
 namespace {

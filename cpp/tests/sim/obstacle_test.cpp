@@ -4,8 +4,8 @@
 #include <gtest/gtest.h>
 #include <limits>
 
-#include "firstlap/racer.hpp"
-#include "support.hpp"
+#include "firstlap/drivers/racer.hpp"
+#include "support/sim_scene.hpp"
 
 namespace firstlap::sim {
 namespace {

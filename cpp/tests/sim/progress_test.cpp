@@ -3,7 +3,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
-#include "support.hpp"
+#include "support/sim_scene.hpp"
 
 namespace firstlap::sim {
 namespace {
@@ -41,9 +41,9 @@ TEST(Progress, CountsLapsForwardAndBack) {
     }
   };
   walk(0.0, 40.0, 0.1);
-  EXPECT_NEAR(progress.travelled(), 39.9, 0.11);
+  EXPECT_NEAR(progress.traveled(), 39.9, 0.11);
   walk(40.0, -5.0, -0.1);
-  EXPECT_NEAR(progress.travelled(), -4.9, 0.11);
+  EXPECT_NEAR(progress.traveled(), -4.9, 0.11);
 }
 
 // A hairpin whose two legs are 1 m apart: a car 0.6 m off the first leg is nearer to the second.
@@ -54,7 +54,7 @@ TEST(Progress, NeverJumpsToANeighbouringPart) {
   Progress progress(hairpin);
   progress.reset({5.0, 0.0});
   for (double x = 5.0; x < 15.0; x += 0.02) progress.update({x, 0.6});
-  EXPECT_NEAR(progress.travelled(), 10.0, 0.05);
+  EXPECT_NEAR(progress.traveled(), 10.0, 0.05);
   EXPECT_NEAR(progress.lateral_offset(), 0.6, 1e-9);
 }
 

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "firstlap/sim/cpu_clock.hpp"
-#include "support.hpp"
+#include "support/sim_scene.hpp"
 
 namespace firstlap::sim {
 namespace {

@@ -6,8 +6,8 @@
 #include <numbers>
 #include <utility>
 
+#include "firstlap/common/rng.hpp"
 #include "firstlap/sim/car.hpp"
-#include "firstlap/sim/rng.hpp"
 
 namespace firstlap::sim {
 namespace {
@@ -23,14 +23,14 @@ Vehicle driven(const Car& car, DriveCommand command, double seconds) {
 }
 
 TEST(Vehicle, PacejkaPeaksAtDAndIsOdd) {
-  const Tyre tyre{7.5, 1.4, 0.9, 0.2};
+  const Tire tire{7.5, 1.4, 0.9, 0.2};
   double peak = 0.0;
   for (double a = 0.0; a < 1.5; a += 1e-4) {
-    peak = std::max(peak, magic_formula(tyre, a));
-    ASSERT_DOUBLE_EQ(magic_formula(tyre, -a), -magic_formula(tyre, a));
+    peak = std::max(peak, magic_formula(tire, a));
+    ASSERT_DOUBLE_EQ(magic_formula(tire, -a), -magic_formula(tire, a));
   }
   EXPECT_NEAR(peak, 0.9, 1e-6);
-  EXPECT_NEAR(magic_formula(tyre, 1e-6) / 1e-6, 7.5 * 1.4 * 0.9, 1e-3);
+  EXPECT_NEAR(magic_formula(tire, 1e-6) / 1e-6, 7.5 * 1.4 * 0.9, 1e-3);
 }
 
 TEST(Vehicle, ConformsToTheCommonRoadSingleTrackVector) {
@@ -108,7 +108,7 @@ TEST(Vehicle, GymSteersTwoControlStepsLate) {
   EXPECT_NEAR(vehicle.state().steering_angle, 3.2 * dt, 1e-12);
 }
 
-// delta = L / R + a_y / (g mu) (1 / BCD_f - 1 / BCD_r) while the tyres are in their linear part.
+// delta = L / R + a_y / (g mu) (1 / BCD_f - 1 / BCD_r) while the tires are in their linear part.
 void expect_steady_cornering(const Car& car, double speed, double steering) {
   const Vehicle vehicle = driven(car, {speed, steering}, 8.0);
   const double yaw_rate = vehicle.state().yaw_rate, v = vehicle.state().speed, a_y = vehicle.lateral_acceleration();

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 #include <set>
 
-#include "firstlap/sim/rng.hpp"
+#include "firstlap/common/rng.hpp"
 
 namespace firstlap::sim {
 namespace {

@@ -105,7 +105,7 @@ def follow(
     *,
     laps: int = 2,
     seed: int = 1,
-    params: _core.LocaliserParams | None = None,
+    params: _core.LocalizerParams | None = None,
     disturbance: Disturbance | None = None,
     scans: int | None = None,
     look: Callable[[_core.Race], object] | None = None,

@@ -118,7 +118,7 @@ def _draw_points(axes: Axes, trace: Mapping[str, Any]) -> None:
     """Returns by side; dropped sections gray; remembered walls hollow."""
     points, sections = trace["points"], trace["sections"]
     colors = np.full(len(points), DROPPED, dtype=object)
-    for i, (first, last, fate) in enumerate(zip(sections["first"], sections["last"], sections["fate"], strict=True)):
+    for i, (first, last, fate) in enumerate(zip(sections["first"], sections["last"], sections["status"], strict=True)):
         if fate == 0:
             colors[first : last + 1] = RIGHT if i < trace["split"] else LEFT
     for color, size in ((DROPPED, 5), (RIGHT, 9), (LEFT, 9)):
@@ -216,7 +216,7 @@ def _draw_legend(axes: Axes, snapshot: StepSnapshot) -> None:
     def stroke(color: str, label: str, **options: Any) -> Line2D:
         return Line2D([], [], color=color, label=label, **options)
 
-    bent = snapshot.params["least_curvature"]["bend_passes"] > 0
+    bent = snapshot.params["minimum_curvature"]["bend_passes"] > 0
     entries = [
         dot(LEFT, "left wall"),
         dot(RIGHT, "right wall"),

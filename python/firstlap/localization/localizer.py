@@ -13,7 +13,7 @@ from firstlap.config.car_file import Car
 from firstlap.config.parameters import FieldTable
 from firstlap.mapping.occupancy_map import OccupancyMap
 
-LOCALIZER_FIELDS = FieldTable(_core.LocaliserParams.fields())
+LOCALIZER_FIELDS = FieldTable(_core.LocalizerParams.fields())
 
 
 class ScanHeader(NamedTuple):
@@ -47,9 +47,9 @@ class Estimate(NamedTuple):
     command_scale: float = 1.0
 
 
-def localizer_params(assignments: list[str] | None = None) -> _core.LocaliserParams:
+def localizer_params(assignments: list[str] | None = None) -> _core.LocalizerParams:
     """The defaults with changes such as "filter.particles_max=2000". Raises InputError."""
-    params = _core.LocaliserParams()
+    params = _core.LocalizerParams()
     for text in assignments or []:
         field, value = LOCALIZER_FIELDS.parse_assignment(text)
         params.set(field.section, field.name, value)
@@ -64,10 +64,10 @@ class Localizer:
     """Follows a car on a map: `start` once, then `step` for each scan. The same seed gives the same poses."""
 
     def __init__(
-        self, known: OccupancyMap, car: Car, seed: int = 1, params: _core.LocaliserParams | None = None
+        self, known: OccupancyMap, car: Car, seed: int = 1, params: _core.LocalizerParams | None = None
     ) -> None:
         """Raises InputError for a map without walls."""
-        self.core = _core.Localiser(known.field(), car.core, params or _core.LocaliserParams(), seed)
+        self.core = _core.Localizer(known.field(), car.core, params or _core.LocalizerParams(), seed)
 
     def start(self, pose: tuple[float, float, float]) -> Localizer:
         """base_link is about at (x, y, yaw), see filter.start_radius and start_angle. Returns itself."""

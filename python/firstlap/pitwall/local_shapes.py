@@ -100,7 +100,7 @@ def by_side(trace: Mapping[str, Any]) -> tuple[Points, Points, Points]:
     points = points_in(trace, "points")
     split = number_in(trace, "split")
     side = np.full(len(points), 2)
-    columns = (column_in(trace, "sections", name).astype(int) for name in ("first", "last", "fate"))
+    columns = (column_in(trace, "sections", name).astype(int) for name in ("first", "last", "status"))
     for i, (first, last, fate) in enumerate(zip(*columns, strict=False)):
         if fate == KEPT:
             side[first : last + 1] = 0 if i < split else 1

@@ -291,7 +291,7 @@ def test_every_part_keeps_its_defaults():
     assert parts.line == LineParams()
     assert parts.mpc == MpcParams()
     assert parts.mapping.core.values() == map_settings().core.values()
-    assert parts.localizer.values() == firstlap._core.LocaliserParams().values()
+    assert parts.localizer.values() == firstlap._core.LocalizerParams().values()
 
 
 def test_a_race_may_start_anywhere_on_the_track(oval, prepared):

@@ -44,7 +44,7 @@ class Parts:
     """What the parts of the driver are made with."""
 
     mapping: MapSettings
-    localizer: _core.LocaliserParams
+    localizer: _core.LocalizerParams
     line: LineParams
     mpc: MpcParams
     guard: GuardParams
@@ -59,7 +59,7 @@ def _rows() -> Iterator[Mapping[str, Any]]:
     for table in (table_of(guard=GuardParams), table_of(mpc=MpcParams), table_of(line=LineParams)):
         for entry in table.fields:
             yield vars(entry)
-    yield from _prefixed(_core.LocaliserParams.fields(), POSE)
+    yield from _prefixed(_core.LocalizerParams.fields(), POSE)
     yield from _prefixed(_core.MapParams.fields(), MAP)
 
 
@@ -80,7 +80,7 @@ class GlobalParams(TableParams):
     def parts(self) -> Parts:
         """The parameters of each part. Raises ValueError."""
         values = self.values()
-        localizer, mapping = _core.LocaliserParams(), _core.MapParams()
+        localizer, mapping = _core.LocalizerParams(), _core.MapParams()
         for params, prefix in ((localizer, POSE), (mapping, MAP)):
             for section, content in values.items():
                 if section.startswith(prefix):

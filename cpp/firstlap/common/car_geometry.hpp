@@ -1,0 +1,51 @@
+// The car's body as planner and simulator both know it. base_link is the middle of the rear axle.
+#pragma once
+
+#include <cmath>
+#include <tuple>
+
+#include "firstlap/common/field.hpp"
+#include "firstlap/common/types.hpp"
+
+namespace firstlap {
+
+struct CarGeometry {
+  double wheelbase = 0.33;
+  double width = 0.31;
+  double length = 0.58;
+  double rear_overhang = 0.125;
+  double laser_x = 0.27;
+  double laser_y = 0.0;
+  double steering_limit = 0.4189;
+  double steering_rate = 3.2;
+
+  static constexpr auto fields() {
+    using C = CarGeometry;
+    return std::tuple{
+        Field{"wheelbase", &C::wheelbase, "m", 0.1, 1.0, "rear axle to front axle"},
+        Field{"width", &C::width, "m", 0.1, 1.0, "over the tires"},
+        Field{"length", &C::length, "m", 0.2, 2.0, "bumper to bumper"},
+        Field{"rear_overhang", &C::rear_overhang, "m", 0.0, 0.5, "rear axle to rear bumper"},
+        Field{"laser_x", &C::laser_x, "m", -0.5, 1.0, "laser ahead of the rear axle"},
+        Field{"laser_y", &C::laser_y, "m", -0.5, 0.5, "laser left of the middle of the car"},
+        Field{"steering_limit", &C::steering_limit, "rad", 0.1, 1.0, "largest wheel angle, either side"},
+        Field{"steering_rate", &C::steering_rate, "rad/s", 0.5, 20.0, "fastest change of the wheel angle"},
+    };
+  }
+};
+
+// The rectangle that the body covers, in base_link, or one that is `margin` [m] larger on every side.
+struct Footprint {
+  explicit Footprint(const CarGeometry& car, double margin = 0.0) noexcept
+      : front(car.length - car.rear_overhang + margin),
+        rear(-car.rear_overhang - margin),
+        side(0.5 * car.width + margin) {}
+
+  [[nodiscard]] bool covers(Point2 p) const noexcept { return p.x > rear && p.x < front && std::abs(p.y) < side; }
+
+  double front;  // [m] x of the front edge
+  double rear;   // [m] x of the rear edge
+  double side;   // [m] y of the left edge; the right one is -side
+};
+
+}  // namespace firstlap

@@ -1,0 +1,45 @@
+// Every parameter of the method, one section per stage. A setup file holds what differs from the defaults.
+#pragma once
+
+#include "firstlap/common/car_geometry.hpp"
+#include "firstlap/control/params.hpp"
+#include "firstlap/estimation/params.hpp"
+#include "firstlap/perception/params.hpp"
+#include "firstlap/planning/params.hpp"
+
+namespace firstlap {
+
+struct Params {
+  CarGeometry car{};
+  ScanParams scan{};
+  SegmentationParams segmentation{};
+  TrackWidthParams track_width{};
+  CenterlineParams centerline{};
+  TrajectoryParams trajectory{};
+  MinimumCurvatureParams minimum_curvature{};
+  VelocityProfileParams velocity_profile{};
+  StanleyParams stanley{};
+  SpeedScaleParams speed_scale{};
+};
+
+// Calls `visit(name, section)` for every section, in the order of the method. Field names are unique
+// over all sections.
+template <class AnyParams, class Visitor>
+void for_each_section(AnyParams& params, Visitor&& visit) {
+  visit("car", params.car);
+  visit("scan", params.scan);
+  visit("segmentation", params.segmentation);
+  visit("track_width", params.track_width);
+  visit("centerline", params.centerline);
+  visit("trajectory", params.trajectory);
+  visit("minimum_curvature", params.minimum_curvature);
+  visit("velocity_profile", params.velocity_profile);
+  visit("stanley", params.stanley);
+  visit("speed_scale", params.speed_scale);
+}
+
+// Throws std::invalid_argument: section, field, value, allowed range; also for pairs that contradict
+// each other (v_min above v_max and the like).
+void validate(const Params& params);
+
+}  // namespace firstlap

@@ -1,0 +1,84 @@
+// Where the car is on a map, from scans and odometry: a particle filter, refined by scan-to-map matching, that
+// knows when it is lost. One scan in, one pose out.
+#pragma once
+
+#include <cstdint>
+
+#include "firstlap/common/car_geometry.hpp"
+#include "firstlap/common/types.hpp"
+#include "firstlap/estimation/speed_scale.hpp"
+#include "firstlap/localization/likelihood_field.hpp"
+#include "firstlap/localization/params.hpp"
+#include "firstlap/localization/particle_filter.hpp"
+#include "firstlap/mapping/cloud.hpp"
+#include "firstlap/perception/scan_period.hpp"
+
+namespace firstlap::localization {
+
+struct Estimate {
+  Pose2 pose{};           // of base_link in the map's frame at the end of the sweep
+  double std = 0.0;       // [m] of the particles round it
+  double std_yaw = 0.0;   // [rad]
+  double fit = 0.0;       // share of the scan that lies on the map
+  bool searching = true;  // something does not fit: the filter looks further round
+  bool lost = true;       // the pose must not be trusted: stop
+  // By how far the car came on the map: exactly 1 where nothing speaks clearly against what is measured.
+  double speed_scale = 1.0;    // true speed per measured
+  double command_scale = 1.0;  // true speed per commanded, never below 1
+};
+
+// The pose `time` [s] later, at the measured speed and yaw rate: what a late command will meet.
+Pose2 predicted(const Pose2& pose, const VehicleState& state, const MotionParams& motion, double time) noexcept;
+
+class Localizer {
+ public:
+  // Throws std::invalid_argument: section, field, value, allowed range. Takes the field over.
+  Localizer(LikelihoodField field, const CarGeometry& car, const LocalizerParams& params, std::uint64_t seed);
+  Localizer(const Localizer&) = delete;
+  Localizer& operator=(const Localizer&) = delete;
+
+  // Forgets everything; base_link is about at `pose` of the map's frame, within filter.start_radius and start_angle.
+  void start(const Pose2& pose) noexcept;
+
+  // Shifts all that it believes, in base_link: what a car notices that was picked up and set down elsewhere.
+  void displace(const Pose2& by) noexcept;
+
+  // The speed command [m/s] that was given after the last step: what becomes of commands tells whether those are wrong.
+  void commanded(double speed) noexcept;
+
+  // One scan, the state measured at its end, and the time since the scan before [s]. Never throws, prints, locks,
+  // waits or allocates, whatever the input. Before start() it is lost.
+  Estimate step(const LaserScan& scan, const VehicleState& state, double dt) noexcept;
+
+  [[nodiscard]] const Estimate& estimate() const noexcept { return estimate_; }
+  [[nodiscard]] const LocalizerParams& params() const noexcept { return params_; }
+  [[nodiscard]] std::size_t particles() const noexcept { return filter_.size(); }
+
+ private:
+  void move(const VehicleState& state, double dt) noexcept;
+  bool choose_beams(const LaserScan& scan, const VehicleState& state) noexcept;
+  void locate() noexcept;
+  void judge(const Cluster& cluster, double dt) noexcept;
+  void learn_speed_scale(double dt) noexcept;
+  void resample() noexcept;
+
+  LikelihoodField field_;
+  LocalizerParams params_;
+  mapping::CloudMaker maker_;
+  ParticleFilter filter_;
+  Buffer<Beam> beams_, dense_;  // those that weigh, and those that refine
+  Pose2 pose_{};                // in the field's frame
+  VehicleState last_{};
+  Estimate estimate_{};
+  ScanPeriod period_{};                       // of the scans
+  SpeedScale speed_scale_{};                  // how far the car's speeds are wrong
+  double speed_command_ = 0.0;                // [m/s] the last given
+  double moved_ = 0.0, measured_ = 0.0;       // [m] forward since the last scan that placed it: as taken, as measured
+  double missed_ = 0.0;                       // [m] and how much further it then was on the map
+  double tight_fit_ = 0.0, usual_fit_ = 0.0;  // share of the scan very near to walls, now and on average
+  int searches_ = 0;
+  double average_fit_ = 0.0, good_time_ = 0.0;
+  bool started_ = false, moving_ = false, was_found_ = false, jumped_ = false;
+};
+
+}  // namespace firstlap::localization

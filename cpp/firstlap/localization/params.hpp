@@ -1,0 +1,151 @@
+// Every parameter of localization, with its default, unit, range and meaning.
+#pragma once
+
+#include <string_view>
+#include <tuple>
+#include <type_traits>
+
+#include "firstlap/common/field.hpp"
+#include "firstlap/estimation/params.hpp"
+#include "firstlap/mapping/params.hpp"
+
+namespace firstlap::localization {
+
+// How the car moves between two scans, for the filter.
+struct MotionParams {
+  double speed_noise = 0.1;
+  double speed_ratio = 0.05;
+  double yaw_rate_noise = 0.1;
+  double yaw_rate_ratio = 0.1;
+  double lateral_ratio = 0.04;
+  double slip = 0.013;
+
+  static constexpr auto fields() {
+    using P = MotionParams;
+    return std::tuple{
+        Field{"speed_noise", &P::speed_noise, "m/s", 0.0, 5.0, "spread of the speed"},
+        Field{"speed_ratio", &P::speed_ratio, "", 0.0, 1.0, "and more of it per m/s"},
+        Field{"yaw_rate_noise", &P::yaw_rate_noise, "rad/s", 0.0, 5.0, "spread of the yaw rate"},
+        Field{"yaw_rate_ratio", &P::yaw_rate_ratio, "", 0.0, 1.0, "and more of it per rad/s"},
+        Field{"lateral_ratio", &P::lateral_ratio, "", 0.0, 1.0, "spread of the sideways speed per m/s ahead"},
+        Field{"slip", &P::slip, "s^2/m", 0.0, 0.1, "angle by which the rear axle slips per lateral acceleration"},
+    };
+  }
+};
+
+struct FilterParams {
+  int particles_min = 2000;
+  int particles_max = 4000;
+  int beams = 60;
+  double sigma_hit = 0.08;
+  double sigma_search = 0.3;
+  double noise_floor = 0.05;
+  double weight_power = 0.5;
+  double start_radius = 2.2;
+  double start_angle = 0.9;
+  double explorers = 0.08;
+  double explorer_radius = 0.7;
+  double explorer_angle = 0.25;
+  double search_radius = 2.2;
+  double search_angle = 0.9;
+  double cluster_radius = 0.5;
+  double cluster_angle = 0.35;
+
+  static constexpr auto fields() {
+    using P = FilterParams;
+    return std::tuple{
+        Field{"particles_min", &P::particles_min, "", 50.0, 20000.0, "particles while all is well"},
+        Field{"particles_max", &P::particles_max, "", 50.0, 20000.0, "particles while searching"},
+        Field{"beams", &P::beams, "", 5.0, 400.0, "returns of a scan that weigh the particles"},
+        Field{"sigma_hit", &P::sigma_hit, "m", 0.01, 1.0, "distance of a return from the map that is nothing unusual"},
+        Field{"sigma_search", &P::sigma_search, "m", 0.01, 2.0, "the same while searching"},
+        Field{"noise_floor", &P::noise_floor, "", 0.0001, 1.0, "likelihood of a return that fits nowhere"},
+        Field{"weight_power", &P::weight_power, "", 0.01, 1.0, "beams are no independent witnesses: exponent"},
+        Field{"start_radius", &P::start_radius, "m", 0.0, 10.0, "the start may be wrong by this"},
+        Field{"start_angle", &P::start_angle, "rad", 0.0, 3.2, "and by this"},
+        Field{"explorers", &P::explorers, "", 0.0, 0.5, "share of particles that look elsewhere nearby, always"},
+        Field{"explorer_radius", &P::explorer_radius, "m", 0.0, 5.0, "this far"},
+        Field{"explorer_angle", &P::explorer_angle, "rad", 0.0, 3.2, "and turned by this"},
+        Field{"search_radius", &P::search_radius, "m", 0.0, 10.0, "a lost filter looks this far"},
+        Field{"search_angle", &P::search_angle, "rad", 0.0, 3.2, "and turned by this"},
+        Field{"cluster_radius", &P::cluster_radius, "m", 0.05, 5.0, "particles this near to the best one count"},
+        Field{"cluster_angle", &P::cluster_angle, "rad", 0.02, 3.2, "and turned from it by this"},
+    };
+  }
+};
+
+struct RefineParams {
+  int iterations = 10;
+  int points = 250;
+  double sigma = 0.05;
+  double reach = 0.4;
+  double prior = 0.05;
+
+  static constexpr auto fields() {
+    using P = RefineParams;
+    return std::tuple{
+        Field{"iterations", &P::iterations, "", 0.0, 50.0, "of scan-to-map matching from the particles' mean (0: off)"},
+        Field{"points", &P::points, "", 10.0, 1000.0, "of the scan that take part"},
+        Field{"sigma", &P::sigma, "m", 0.005, 0.5, "distance of a point from the map that is nothing unusual"},
+        Field{"reach", &P::reach, "m", 0.05, 2.0, "points farther than this from the map do not pull"},
+        Field{"prior", &P::prior, "m", 0.001, 1.0, "how firmly the mean holds where the walls say nothing"},
+    };
+  }
+};
+
+struct LostParams {
+  double fit_distance = 0.1;
+  double fit_search = 0.8;
+  double fit_tight = 0.06;
+  double fit_drop = 0.07;
+  double fit_lost = 0.75;
+  double fit_time = 0.5;
+  double jump = 0.5;
+  double found_time = 0.1;
+  double found_again_time = 0.5;
+  double std_search = 0.4;
+  double std_lost = 0.7;
+
+  static constexpr auto fields() {
+    using P = LostParams;
+    return std::tuple{
+        Field{"fit_distance", &P::fit_distance, "m", 0.02, 1.0, "a point this near to the map fits"},
+        Field{"fit_search", &P::fit_search, "", 0.0, 1.0, "below this share of fitting points the filter searches"},
+        Field{"fit_tight", &P::fit_tight, "m", 0.01, 1.0, "a point this near fits tightly"},
+        Field{"fit_drop", &P::fit_drop, "", 0.0, 1.0,
+              "it also searches where the tight fit is this far below its own average"},
+        Field{"fit_lost", &P::fit_lost, "", 0.0, 1.0, "it is lost where the share, averaged, is below this"},
+        Field{"fit_time", &P::fit_time, "s", 0.01, 10.0, "time of that average"},
+        Field{"jump", &P::jump, "m", 0.05, 10.0, "a pose this far from odometry's fits nothing"},
+        Field{"found_time", &P::found_time, "s", 0.0, 5.0, "it is found when nothing is odd for so long"},
+        Field{"found_again_time", &P::found_again_time, "s", 0.0, 5.0, "or for so long, if it was found before"},
+        Field{"std_search", &P::std_search, "m", 0.01, 5.0, "particles spread wider than this: search"},
+        Field{"std_lost", &P::std_lost, "m", 0.01, 5.0, "particles spread wider than this: lost"},
+    };
+  }
+};
+
+struct LocalizerParams {
+  mapping::CloudParams cloud{.range_use = 30.0};
+  MotionParams motion{};
+  FilterParams filter{};
+  RefineParams refine{};
+  LostParams lost{};
+  SpeedScaleParams speed_scale{};
+};
+
+template <class AnyParams, class Visitor>
+  requires std::is_same_v<std::remove_cvref_t<AnyParams>, LocalizerParams>
+void for_each_section(AnyParams& params, Visitor&& visit) {
+  visit("cloud", params.cloud);
+  visit("motion", params.motion);
+  visit("filter", params.filter);
+  visit("refine", params.refine);
+  visit("lost", params.lost);
+  visit("speed_scale", params.speed_scale);
+}
+
+// Throws std::invalid_argument: section, field, value, allowed range.
+void validate(const LocalizerParams& params);
+
+}  // namespace firstlap::localization

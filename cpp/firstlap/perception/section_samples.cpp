@@ -1,0 +1,151 @@
+#include "firstlap/perception/section_samples.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "firstlap/common/geometry.hpp"
+
+namespace firstlap {
+namespace {
+
+// Mean of the points of one spacing; the bins of a section are what its wall looks like.
+class Bin {
+ public:
+  void add(const ScanPoint& p) noexcept {
+    x_ += p.x;
+    y_ += p.y;
+    count_ += 1.0;
+  }
+  [[nodiscard]] Point2 mean() const noexcept { return {x_ / count_, y_ / count_}; }
+
+ private:
+  double x_ = 0.0;
+  double y_ = 0.0;
+  double count_ = 0.0;
+};
+
+void push_between(Point2 a, Point2 b, double spacing, std::size_t section, Buffer<SectionSample>& samples) noexcept {
+  const double d = norm(b.x - a.x, b.y - a.y);
+  const int pieces = std::clamp(static_cast<int>(d / spacing), 1, 40);
+  for (int k = 1; k <= pieces; ++k) {
+    const double t = static_cast<double>(k) / static_cast<double>(pieces);
+    samples.push({.x = a.x + t * (b.x - a.x), .y = a.y + t * (b.y - a.y), .section = section});
+  }
+}
+
+// Samples from point `from` to point `to` (in either direction), the first one left out.
+void sample_run(const Buffer<ScanPoint>& points, std::size_t from, std::size_t to, Point2 previous, double spacing,
+                std::size_t section, Buffer<SectionSample>& samples) noexcept {
+  const std::ptrdiff_t step = to >= from ? 1 : -1;
+  Point2 start{points[from].x, points[from].y};
+  Bin bin;
+  bool filled = false;
+  for (std::size_t i = from; i != to;) {
+    i = static_cast<std::size_t>(static_cast<std::ptrdiff_t>(i) + step);
+    bin.add(points[i]);
+    filled = true;
+    const double dx = points[i].x - start.x;
+    const double dy = points[i].y - start.y;
+    if (dx * dx + dy * dy < spacing * spacing) continue;
+    const Point2 mean = bin.mean();
+    push_between(previous, mean, spacing, section, samples);
+    previous = mean;
+    start = {points[i].x, points[i].y};
+    bin = {};
+    filled = false;
+  }
+  if (filled) push_between(previous, {points[to].x, points[to].y}, spacing, section, samples);
+}
+
+// Samples outwards from the point nearest to the car, so that a mirrored scan gives mirrored samples.
+void sample_section(const Buffer<ScanPoint>& points, const Section& section, std::size_t index, double spacing,
+                    Buffer<SectionSample>& samples) noexcept {
+  const std::size_t middle = section.middle;
+  Bin around;
+  const std::size_t reach = std::min({std::size_t{3}, middle - section.first, section.last - middle});
+  for (std::size_t i = middle - reach; i <= middle + reach; ++i) around.add(points[i]);
+  const Point2 start = around.mean();
+  const std::size_t before = samples.size();
+  sample_run(points, middle, section.first, start, spacing, index, samples);
+  std::reverse(samples.begin() + before, samples.end());
+  samples.push({.x = start.x, .y = start.y, .section = index});
+  sample_run(points, middle, section.last, start, spacing, index, samples);
+}
+
+// +1 where (x, y) lies left of a path or a trail, -1 right of it, 0 where it is too far away to tell. One in
+// `stride` points is looked at.
+template <class Points>
+int side_of_way(const Points& path, std::size_t stride, double x, double y, double radius) noexcept {
+  double best = radius * radius;
+  decltype(&path.front()) nearest = nullptr;
+  for (std::size_t i = 0; i < path.size(); i += stride) {
+    const double dx = x - path[i].x;
+    const double dy = y - path[i].y;
+    const double d = dx * dx + dy * dy;
+    if (d < best) {
+      best = d;
+      nearest = &path[i];
+    }
+  }
+  if (nearest == nullptr || nearest == &path.front() || nearest == &path.back()) return 0;
+  const double cross = std::cos(nearest->yaw) * (y - nearest->y) - std::sin(nearest->yaw) * (x - nearest->x);
+  return cross > 0.0 ? 1 : -1;
+}
+
+// The line of sight past an end of a section, where the next beam beyond it went on for long. It runs along that beam:
+// beams may be missing in between.
+Sight sight_past(const ScanPoint& end, const ScanPoint& beyond, const CarGeometry& car, double shadow) noexcept {
+  constexpr double on = 0.5;       // [m] that the next beam must go on
+  constexpr double apart = 0.988;  // cosine of the angle beyond which the next beam tells nothing of this end
+  if (beyond.range < end.range + on) return {};
+  const double ex = end.x - car.laser_x;
+  const double ey = end.y - car.laser_y;
+  const double bx = beyond.x - car.laser_x;
+  const double by = beyond.y - car.laser_y;
+  const double length = norm(bx, by);
+  if (ex * bx + ey * by < apart * length * norm(ex, ey)) return {};
+  return {static_cast<float>(bx / length), static_cast<float>(by / length), static_cast<float>(shadow), false};
+}
+
+}  // namespace
+
+void sample_sections(const Buffer<ScanPoint>& points, const Buffer<Section>& sections, const CarGeometry& car,
+                     double spacing, Buffer<SectionSample>& samples) noexcept {
+  constexpr std::size_t enough = 3;  // points that are no chance
+  samples.clear();
+  for (std::size_t i = 0; i < sections.size(); ++i) {
+    const Section& section = sections[i];
+    const bool small_but_real =
+        section.status == SectionStatus::too_small && section.last - section.first + 1 >= enough;
+    if (section.status != SectionStatus::kept && !small_but_real) continue;
+    const std::size_t before = samples.size();
+    sample_section(points, section, i, spacing, samples);
+    if (samples.size() == before) return;
+    if (section.first > 0)
+      samples[before].sight = sight_past(points[section.first], points[section.first - 1], car, 1.0);
+    if (section.last + 1 < points.size())
+      samples.back().sight = sight_past(points[section.last], points[section.last + 1], car, -1.0);
+  }
+}
+
+void label_from_history(const LocalWalls& before, const Buffer<TrajectoryPoint>& path, const Buffer<TrailPoint>& trail,
+                        const SegmentationParams& params, Buffer<SectionSample>& samples) noexcept {
+  constexpr double same_wall = 0.1;  // [m]
+  WallSearch left(before.left, before.left.size());
+  WallSearch right(before.right, before.right.size());
+  for (SectionSample& sample : samples) {
+    // Most often the wall is where it was: then the other side need not be asked.
+    const bool ask_left_first = sample.y > 0.0;
+    WallSearch& likely = ask_left_first ? left : right;
+    WallSearch& other = ask_left_first ? right : left;
+    const double first = likely.distance(sample.x, sample.y, same_wall);
+    const double second = first < same_wall ? 2.0 * same_wall : other.distance(sample.x, sample.y, same_wall);
+    if (std::min(first, second) < params.past_radius)
+      sample.vote = (first < second) == ask_left_first ? 1 : -1;
+    else
+      sample.vote = side_of_way(path, 2, sample.x, sample.y, params.path_radius);
+    if (sample.vote == 0) sample.vote = side_of_way(trail, 1, sample.x, sample.y, params.path_radius);
+  }
+}
+
+}  // namespace firstlap

@@ -1,0 +1,181 @@
+#include "firstlap/perception/segmentation.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "firstlap/common/geometry.hpp"
+
+namespace firstlap {
+namespace {
+
+double distance(const ScanPoint& a, const ScanPoint& b) noexcept { return norm(a.x - b.x, a.y - b.y); }
+
+// Borges and Aldon (2004) with the smaller range, after Dietmayer: the distance, per meter of range, that
+// a wall met at the smallest allowed incidence would show between two beams `angle` apart.
+double breakpoint_ratio(double angle, double break_angle) noexcept {
+  const double incidence = std::max(break_angle, 2.0 * angle);
+  return std::sin(angle) / std::sin(incidence - angle);
+}
+
+// How far apart two returns of one wall may be.
+class BreakLimit {
+ public:
+  BreakLimit(double angle_step, double beam_step, double passable, const SegmentationParams& params) noexcept
+      : params_(params),
+        angle_step_(angle_step),
+        ratio_of_neighbours_(breakpoint_ratio(angle_step, params.break_angle)),
+        beam_step_(beam_step),
+        passable_(passable) {}
+
+  // Never less than this, wherever the wall runs.
+  [[nodiscard]] double floor(double range, double beams) const noexcept {
+    return std::max(params_.break_min, 2.0 * range * (beams * angle_step_));
+  }
+  // `mean` [m] is the weighted mean of the distances before.
+  [[nodiscard]] double limit(const ScanPoint& a, const ScanPoint& b, double beams, double mean) const noexcept {
+    const double range = std::min(a.range, b.range);
+    const double lowest = floor(range, beams);
+    const double sigma = params_.range_sigma * (a.range > 10.0 ? 1.7 : 1.0);
+    const double ratio =
+        beams == 1.0 ? ratio_of_neighbours_ : breakpoint_ratio(beams * angle_step_, params_.break_angle);
+    const double adaptive = range * ratio + 3.0 * sigma;
+    const double trend = params_.mean_factor * mean * beams;
+    // In a thinned scan the missing beams count, as far as they are missing everywhere; but what may be a way
+    // through is a break.
+    const double highest = std::min(params_.break_max * std::min(beams, beam_step_), passable_);
+    return std::clamp(std::max(adaptive, trend), lowest, std::max(lowest, highest));
+  }
+
+ private:
+  const SegmentationParams& params_;
+  double angle_step_;
+  double ratio_of_neighbours_;
+  double beam_step_;
+  double passable_;  // [m] the narrowest gap that is a way through
+};
+
+void break_into_sections(const Buffer<ScanPoint>& points, double angle_step, double beam_step, double passable,
+                         const SegmentationParams& params, Buffer<Section>& sections) noexcept {
+  const int gap_limit = static_cast<int>(std::lround(static_cast<double>(params.max_beam_gap) * beam_step));
+  const BreakLimit limit(angle_step, beam_step, passable, params);
+  const double gain = params.mean_gain;
+  double mean = 2.0 * points[0].range * angle_step;
+  std::size_t first = 0;
+  for (std::size_t j = 1; j < points.size(); ++j) {
+    const ScanPoint& a = points[j - 1];
+    const ScanPoint& b = points[j];
+    const int gap = b.beam - a.beam;
+    const auto beams = static_cast<double>(gap);
+    const double d = distance(a, b);
+    // Most neighbors are so near that the limit need not be known.
+    const bool is_near = d <= limit.floor(std::min(a.range, b.range), beams);
+    if (gap <= gap_limit && (is_near || d <= limit.limit(a, b, beams, mean))) {
+      mean += gain * ((gap == 1 ? d : d / beams) - mean);
+      continue;
+    }
+    if (!sections.push({first, j - 1})) return;
+    first = j;
+    mean = 2.0 * b.range * angle_step;
+  }
+  sections.push({first, points.size() - 1});
+}
+
+void measure(const Buffer<ScanPoint>& points, Section& section) noexcept {
+  section.nearest = points[section.first].range;
+  section.middle = section.first;
+  for (std::size_t i = section.first; i <= section.last; ++i) {
+    if (points[i].range >= section.nearest) continue;
+    section.nearest = points[i].range;
+    section.middle = i;
+  }
+  section.length = distance(points[section.first], points[section.last]);
+}
+
+void merge_neighbours(const Buffer<ScanPoint>& points, double merge_distance, Buffer<Section>& sections) noexcept {
+  std::size_t kept = 0;
+  for (std::size_t i = 1; i < sections.size(); ++i) {
+    if (distance(points[sections[kept].last], points[sections[i].first]) < merge_distance)
+      sections[kept].last = sections[i].last;
+    else
+      sections[++kept] = sections[i];
+  }
+  sections.shrink(kept + 1);
+}
+
+void eliminate(const SegmentationParams& params, double beam_step, Section& section) noexcept {
+  const double points_needed = std::max(2.0, static_cast<double>(params.min_points) / beam_step);
+  const auto count = static_cast<double>(section.last - section.first + 1);
+  if (count < points_needed || section.length < params.min_chord) section.status = SectionStatus::too_small;
+  if (section.nearest > params.max_nearest) section.status = SectionStatus::too_far;
+}
+
+// Whether all sections between i and k lie beyond the gap from the end of i to the start of k.
+bool lie_behind_gap(const Buffer<ScanPoint>& points, const Buffer<Section>& sections, std::size_t i,
+                    std::size_t k) noexcept {
+  const double gap_range = std::min(points[sections[i].last].range, points[sections[k].first].range);
+  for (std::size_t between = i + 1; between < k; ++between)
+    if (sections[between].status != SectionStatus::seen_through && sections[between].nearest < gap_range) return false;
+  return true;
+}
+
+// Pipes leave gaps at their joints, and one sees through them and over low walls. Where the gap between
+// two sections is too narrow to drive through, what shows between them is not track. A piece of pipe may
+// itself be too small to count; next to a piece that does, it is wall.
+void drop_seen_through(const Buffer<ScanPoint>& points, double gap, Buffer<Section>& sections) noexcept {
+  constexpr std::size_t reach = 10;  // sections that may show through one gap
+  const auto is_solid = [](const Section& s) {
+    return s.status == SectionStatus::kept || (s.status == SectionStatus::too_small && s.last - s.first >= 2);
+  };
+  for (std::size_t i = 0; i + 1 < sections.size(); ++i) {
+    if (!is_solid(sections[i])) continue;
+    const std::size_t end = std::min(sections.size(), i + 2 + reach);
+    for (std::size_t k = i + 1; k < end; ++k) {
+      if (!is_solid(sections[k])) continue;
+      if (distance(points[sections[i].last], points[sections[k].first]) >= gap) continue;
+      if (!lie_behind_gap(points, sections, i, k)) continue;
+      for (std::size_t between = i + 1; between < k; ++between) sections[between].status = SectionStatus::seen_through;
+      if (sections[i].status == SectionStatus::kept || sections[k].status == SectionStatus::kept)
+        sections[i].status = sections[k].status = SectionStatus::kept;
+      break;
+    }
+  }
+}
+
+}  // namespace
+
+double median_beam_step(const Buffer<ScanPoint>& points) noexcept {
+  constexpr std::size_t bins = 64;
+  if (points.size() < 2) return 1.0;
+  const std::size_t steps = points.size() - 1;
+  const auto beams = static_cast<std::size_t>(points.back().beam - points.front().beam);
+  if (2 * (beams - steps) <= steps) return 1.0;  // so few are lost that most returns are neighbors
+
+  std::array<std::size_t, bins> count{};
+  for (std::size_t j = 0; j < steps; ++j)
+    ++count[std::min(bins - 1, static_cast<std::size_t>(points[j + 1].beam - points[j].beam))];
+  std::size_t median = 0;
+  for (std::size_t seen = count[0]; 2 * seen < steps; seen += count[median]) ++median;
+  return static_cast<double>(median);
+}
+
+double passable_gap(double width, const SegmentationParams& params) noexcept {
+  return std::clamp(params.pass_ratio * width, params.pass_min, params.pass_max);
+}
+
+void segment(const Buffer<ScanPoint>& points, double angle_step, double width, const SegmentationParams& params,
+             Buffer<Section>& sections) noexcept {
+  sections.clear();
+  if (points.empty()) return;
+  const double beam_step = median_beam_step(points);
+  const double passable = passable_gap(width, params);
+  break_into_sections(points, angle_step, beam_step, passable, params, sections);
+  merge_neighbours(points, params.merge_distance, sections);
+  for (Section& section : sections) {
+    measure(points, section);
+    eliminate(params, beam_step, section);
+  }
+  drop_seen_through(points, passable, sections);
+}
+
+}  // namespace firstlap

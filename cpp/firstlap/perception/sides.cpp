@@ -1,0 +1,277 @@
+#include "firstlap/perception/sides.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "firstlap/common/geometry.hpp"
+
+namespace firstlap {
+namespace {
+
+std::size_t first_kept(const Buffer<Section>& sections) noexcept {
+  std::size_t i = 0;
+  while (i < sections.size() && sections[i].status != SectionStatus::kept) ++i;
+  return i;
+}
+
+// Unit vector along the last stretch of a section, toward its point `end`.
+Point2 direction_at(const ScanPoint* end, const ScanPoint* stop, std::ptrdiff_t inwards) noexcept {
+  constexpr double stretch = 0.5;  // [m]
+  const ScanPoint* inner = end;
+  double d = 0.0;
+  while (inner != stop && d < stretch) {
+    inner += inwards;
+    d = norm(end->x - inner->x, end->y - inner->y);
+  }
+  return d > 1e-6 ? Point2{(end->x - inner->x) / d, (end->y - inner->y) / d} : Point2{};
+}
+
+// Whether the gap between two sections is a hole in one wall: its edges point at each other and nothing is seen beyond.
+// The way on leads between two walls, never through one.
+bool is_hole(const ScanPoint& from, const ScanPoint& to, Point2 out_of_from, Point2 out_of_to) noexcept {
+  constexpr double in_line = 0.8;  // cosine of the angle
+  const double d = norm(to.x - from.x, to.y - from.y);
+  const double cx = (to.x - from.x) / d;
+  const double cy = (to.y - from.y) / d;
+  return out_of_from.x * cx + out_of_from.y * cy > in_line && -out_of_to.x * cx - out_of_to.y * cy > in_line;
+}
+
+bool is_hole(const Buffer<ScanPoint>& points, const Section& a, const Section& b) noexcept {
+  constexpr double beyond = 0.5;  // [m]
+  const double edge = std::max(points[a.last].range, points[b.first].range);
+  for (std::size_t i = a.last + 1; i < b.first; ++i)
+    if (points[i].range > edge + beyond) return false;
+  return is_hole(points[a.last], points[b.first], direction_at(&points[a.last], &points[a.first], -1),
+                 direction_at(&points[b.first], &points[b.last], 1));
+}
+
+void insert_candidate(SplitCandidate candidate, Candidates& best) noexcept {
+  std::size_t at = best.count;
+  while (at > 0 && best.items[at - 1].score < candidate.score) --at;
+  if (at >= max_candidates) return;
+  best.count = std::min(best.count + 1, max_candidates);
+  for (std::size_t i = best.count - 1; i > at; --i) best.items[i] = best.items[i - 1];
+  best.items[at] = candidate;
+}
+
+// Mean direction over the last stretch of wall before its end, pointing out of sight.
+Point2 outward_at(const Buffer<SectionSample>& samples, std::size_t end, std::size_t inner) noexcept {
+  const double dx = samples[end].x - samples[inner].x;
+  const double dy = samples[end].y - samples[inner].y;
+  const double d = norm(dx, dy);
+  return d > 1e-6 ? Point2{dx / d, dy / d} : Point2{};
+}
+
+struct SampleRange {
+  std::size_t first = 0;
+  std::size_t last = 0;  // inclusive
+  double nearest = 0.0;  // [m] from the laser
+};
+
+// The ranges of one side in scan order, with their worth as an anchor.
+class SideRanges {
+ public:
+  void push(SampleRange range, double weight) noexcept {
+    if (count_ == max_sections) return;
+    ranges_[count_] = range;
+    weights_[count_++] = weight;
+  }
+  [[nodiscard]] std::span<const SampleRange> ranges() const noexcept { return {ranges_.data(), count_}; }
+  [[nodiscard]] std::span<const double> weights() const noexcept { return {weights_.data(), count_}; }
+
+ private:
+  std::array<SampleRange, max_sections> ranges_;
+  std::array<double, max_sections> weights_;
+  std::size_t count_ = 0;
+};
+
+double gap_between(const Buffer<SectionSample>& samples, const SampleRange& a, const SampleRange& b) noexcept {
+  return norm(samples[b.first].x - samples[a.last].x, samples[b.first].y - samples[a.last].y);
+}
+
+void push_range(const Buffer<SectionSample>& samples, const SampleRange& range, bool open_before, bool open_after,
+                WallSide& side) noexcept {
+  constexpr std::size_t reach = 3;  // samples over which the direction at an end is taken
+  for (std::size_t i = range.first; i <= range.last; ++i) {
+    Point2 out{};
+    if (i == range.first && open_before) out = outward_at(samples, i, std::min(range.last, i + reach));
+    if (i == range.last && open_after) out = outward_at(samples, i, i >= range.first + reach ? i - reach : range.first);
+    side.push(samples[i].x, samples[i].y, out, 0.0F, samples[i].sight);
+  }
+}
+
+void push_bridge(const Buffer<SectionSample>& samples, const SampleRange& a, const SampleRange& b, double spacing,
+                 WallSide& side) noexcept {
+  const SectionSample& p = samples[a.last];
+  const SectionSample& q = samples[b.first];
+  const int pieces = static_cast<int>(norm(q.x - p.x, q.y - p.y) / spacing);
+  for (int k = 1; k <= pieces; ++k) {
+    const double t = static_cast<double>(k) / static_cast<double>(pieces + 1);
+    side.push(p.x + t * (q.x - p.x), p.y + t * (q.y - p.y), {}, 0.0F);
+  }
+}
+
+// Sections before `right` and after `left` show past the end of the right and the left wall that is next to the car, as
+// after a hairpin: they may belong to the other wall.
+struct Beyond {
+  std::size_t right = 0;
+  std::size_t left = max_sections;
+};
+
+Beyond beyond_ends(const Buffer<ScanPoint>& points, const Buffer<Section>& sections, const CarGeometry& car,
+                   std::size_t split) noexcept {
+  constexpr double on = 0.5;  // [m] that the next wall is further away
+  const double beside = car.laser_x + 0.3;
+  Beyond beyond;
+  std::size_t before = sections.size();
+  for (std::size_t i = 0; i < sections.size(); ++i) {
+    if (sections[i].status != SectionStatus::kept) continue;
+    if (before < i) {
+      const ScanPoint& end = points[sections[before].last];
+      const ScanPoint& start = points[sections[i].first];
+      if (i < split && end.range > start.range + on && start.x < beside) beyond.right = i;
+      if (before >= split && start.range > end.range + on && end.x < beside)
+        beyond.left = std::min(beyond.left, before);
+    }
+    before = i;
+  }
+  return beyond;
+}
+
+// The ranges of one side, in scan order, as far as they hang together with its best anchor. What is near
+// the car always counts.
+void build_side(const Buffer<SectionSample>& samples, std::span<const SampleRange> ranges,
+                std::span<const double> weight, double spacing, double bridge, double chain_gap,
+                WallSide& side) noexcept {
+  side.clear();
+  if (ranges.empty()) return;
+  std::size_t anchor = 0;
+  for (std::size_t i = 1; i < ranges.size(); ++i)
+    if (weight[i] > weight[anchor]) anchor = i;
+  std::size_t first = anchor;
+  std::size_t last = anchor;
+  const auto hangs_on = [&](const SampleRange& next, double gap) {
+    return gap < chain_gap || next.nearest < chain_gap;
+  };
+  while (first > 0 && hangs_on(ranges[first - 1], gap_between(samples, ranges[first - 1], ranges[first]))) --first;
+  while (last + 1 < ranges.size() && hangs_on(ranges[last + 1], gap_between(samples, ranges[last], ranges[last + 1])))
+    ++last;
+  bool open_before = true;
+  for (std::size_t i = first; i <= last; ++i) {
+    const bool bridged = i < last && gap_between(samples, ranges[i], ranges[i + 1]) < bridge;
+    push_range(samples, ranges[i], open_before, !bridged, side);
+    if (bridged) push_bridge(samples, ranges[i], ranges[i + 1], spacing, side);
+    open_before = !bridged;
+  }
+}
+
+// Where the two walls next to the split are complete, the way on leads between their ends.
+void mark_way_on(const Buffer<Section>& sections, const Buffer<SectionSample>& samples, std::size_t split,
+                 LocalWalls& walls) noexcept {
+  const SectionSample* last_right = nullptr;
+  const SectionSample* first_left = nullptr;
+  for (const SectionSample& sample : samples) {
+    if (sections[sample.section].status != SectionStatus::kept) continue;
+    if (sample.section < split) last_right = &sample;
+    if (sample.section >= split && first_left == nullptr) first_left = &sample;
+  }
+  const std::size_t from = last_right != nullptr ? last_right->section + 1 : 0;
+  const std::size_t to = first_left != nullptr ? first_left->section : sections.size();
+  for (std::size_t i = from; i < to; ++i)
+    if (sections[i].status == SectionStatus::too_far) return;
+  const auto is_at = [](const WallSide& side, std::size_t i, const SectionSample& sample) {
+    return side.x[i] == static_cast<float>(sample.x) && side.y[i] == static_cast<float>(sample.y);
+  };
+  if (last_right != nullptr && walls.right.size() > 0 && is_at(walls.right, walls.right.size() - 1, *last_right))
+    walls.right.sight[walls.right.size() - 1].way_on = true;
+  if (first_left != nullptr && walls.left.size() > 0 && is_at(walls.left, 0, *first_left))
+    walls.left.sight[0].way_on = true;
+}
+
+}  // namespace
+
+Candidates rank_splits(const Buffer<ScanPoint>& points, const Buffer<Section>& sections,
+                       const Buffer<SectionSample>& samples, double width, const CarGeometry& car,
+                       const SegmentationParams& params) noexcept {
+  Candidates best;
+  const std::size_t n = sections.size();
+  const std::size_t first = first_kept(sections);
+  if (first == n) return best;
+
+  double votes = 0.0;
+  double wrong = 0.0;  // votes against the split at hand; at the first split everything is left
+  for (const SectionSample& sample : samples) {
+    votes += std::abs(sample.vote);
+    wrong += sample.vote < 0 ? 1.0 : 0.0;
+  }
+  const double right_before = wrong;
+  constexpr double hole_score = 0.2;  // against a gap of the same depth
+  const double gap_needed = passable_gap(width, params);
+  const auto consider = [&](std::size_t split, double depth) {
+    const double share = votes > 0.0 ? wrong / votes : 0.0;
+    const double trust = std::min(1.0, votes / 20.0);
+    const double factor = 1.0 - params.past_weight * trust * std::min(1.0, 3.0 * share);
+    insert_candidate({split, depth * factor}, best);
+  };
+
+  const ScanPoint& start = points[sections[first].first];
+  if (start.y > 0.0 || votes > 0.0) consider(first, params.one_sided_score * start.range);
+  std::size_t sample = 0;
+  const Section* before = nullptr;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (sections[i].status == SectionStatus::kept && before != nullptr) {
+      const ScanPoint& a = points[before->last];
+      const ScanPoint& b = points[sections[i].first];
+      const double gap = norm(b.x - a.x, b.y - a.y);
+      const bool passable = gap >= gap_needed;
+      const bool behind = 0.5 * (a.x + b.x) < car.laser_x;
+      // The way on is about as wide as the track has been.
+      const double fit = std::min(1.0, gap / (0.7 * width));
+      const double depth = std::max(a.range, b.range) * fit * (behind ? 0.5 : 1.0);
+      if (passable) consider(i, is_hole(points, *before, sections[i]) ? hole_score * depth : depth);
+    }
+    for (; sample < samples.size() && samples[sample].section <= i; ++sample) wrong += samples[sample].vote;
+    if (sections[i].status == SectionStatus::kept) before = &sections[i];
+  }
+  if (before == nullptr) return best;
+  const ScanPoint& end = points[before->last];
+  if (end.y < 0.0 || votes > 0.0) consider(n, params.one_sided_score * end.range);
+  // A single wall that runs from one side round to the other is that of the side where it begins.
+  if (best.count == 0) consider(n, params.one_sided_score * end.range);
+  // One wall that is beside the car on both sides, and was both sides before, is a dead end.
+  constexpr double both = 0.3;  // share of it that was the other side
+  const bool around = start.y < 0.0 && end.y > 0.0 && start.x < car.laser_x && end.x < car.laser_x;
+  const double left_before = votes - right_before;
+  if (around && before == &sections[first] && (votes == 0.0 || std::min(right_before, left_before) > both * votes))
+    best.count = 0;
+  return best;
+}
+
+void split_into_sides(const Buffer<ScanPoint>& points, const Buffer<Section>& sections,
+                      const Buffer<SectionSample>& samples, std::size_t split, const CarGeometry& car, double spacing,
+                      double bridge, double chain_gap, LocalWalls& walls) noexcept {
+  SideRanges right;
+  SideRanges left;
+  const Beyond beyond = beyond_ends(points, sections, car, split);
+  for (std::size_t i = 0; i < samples.size();) {
+    const std::size_t index = samples[i].section;
+    SampleRange range{i, i, sections[index].nearest};
+    int votes = samples[i].vote;
+    while (range.last + 1 < samples.size() && samples[range.last + 1].section == index)
+      votes += samples[++range.last].vote;
+    const Section& section = sections[index];
+    const bool small = section.status != SectionStatus::kept;
+    // A small section decides nothing, but it keeps the side that it had. What shows past a wall's end keeps it too, or
+    // has none.
+    i = range.last + 1;
+    const bool shows_past = index < beyond.right || index > beyond.left;
+    if (shows_past && votes == 0) continue;
+    const bool is_right = (small && votes != 0) || shows_past ? votes < 0 : index < split;
+    (is_right ? right : left).push(range, small ? 0.0 : section.length / std::max(0.1, section.nearest));
+  }
+  build_side(samples, right.ranges(), right.weights(), spacing, bridge, chain_gap, walls.right);
+  build_side(samples, left.ranges(), left.weights(), spacing, bridge, chain_gap, walls.left);
+  mark_way_on(sections, samples, split, walls);
+}
+
+}  // namespace firstlap

@@ -1,0 +1,38 @@
+// Step 2, continued: which sections are the right wall and which the left. In scan order the right wall
+// comes first and the left wall last; between them lies the way on. So one number tells all: the
+// split, the first section that is left.
+#pragma once
+
+#include <array>
+
+#include "firstlap/common/car_geometry.hpp"
+#include "firstlap/common/types.hpp"
+#include "firstlap/perception/local_walls.hpp"
+#include "firstlap/perception/section_samples.hpp"
+#include "firstlap/perception/segmentation.hpp"
+
+namespace firstlap {
+
+struct SplitCandidate {
+  std::size_t split = 0;  // sections before it are right, from it on left
+  double score = 0.0;
+};
+
+inline constexpr std::size_t max_candidates = 3;
+
+struct Candidates {
+  std::array<SplitCandidate, max_candidates> items{};  // best first
+  std::size_t count = 0;
+};
+
+// The best splits by depth of the gap and agreement with the past.
+Candidates rank_splits(const Buffer<ScanPoint>& points, const Buffer<Section>& sections,
+                       const Buffer<SectionSample>& samples, double width, const CarGeometry& car,
+                       const SegmentationParams& params) noexcept;
+
+// The wall samples of each side for one split, with small gaps bridged and visible ends marked.
+void split_into_sides(const Buffer<ScanPoint>& points, const Buffer<Section>& sections,
+                      const Buffer<SectionSample>& samples, std::size_t split, const CarGeometry& car, double spacing,
+                      double bridge, double chain_gap, LocalWalls& walls) noexcept;
+
+}  // namespace firstlap

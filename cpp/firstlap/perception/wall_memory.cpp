@@ -1,0 +1,81 @@
+#include "firstlap/perception/wall_memory.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "firstlap/common/geometry.hpp"
+
+namespace firstlap {
+namespace {
+
+// True where nothing that this scan measured speaks about (x, y) in the laser's frame.
+bool is_hidden(double x, double y, const BeamTable& table, const Buffer<float>& ranges) noexcept {
+  constexpr double clear = 0.2;  // [m] a wall this much nearer hides what is behind
+  const double position = (std::atan2(y, x) - table.angle_first()) / table.angle_step();
+  if (position < 0.0 || position > static_cast<double>(ranges.size()) - 1.0) return true;
+  const auto beam = static_cast<std::size_t>(position);
+  const std::size_t first = beam > 2 ? beam - 2 : 0;
+  const std::size_t last = std::min(beam + 2, ranges.size() - 1);
+  float seen = 0.0F;
+  for (std::size_t i = first; i <= last; ++i) seen = std::max(seen, ranges[i]);
+  return seen == 0.0F || static_cast<double>(seen) < norm(x, y) - clear;
+}
+
+// Marks sample `end` as a visible end, the wall coming from `inner`, unless the wall of this scan goes on there.
+void mark_end(std::size_t end, std::size_t inner, WallSearch& seen, WallSide& side) noexcept {
+  constexpr double joined = 0.5;  // [m]
+  const Point2 e = side.at(end);
+  if (seen.distance(e.x, e.y, joined) < joined) return;
+  const Point2 from = side.at(inner);
+  const double length = norm(e.x - from.x, e.y - from.y);
+  if (length > 1e-6) side.outward[end] = {(e.x - from.x) / length, (e.y - from.y) / length};
+}
+
+// Along the right wall the scan runs from behind the car forwards, so what went out of sight before comes
+// first; along the left wall it is the other way round.
+void recall_side(const WallSide& before, const BeamTable& table, const Buffer<float>& ranges, const CarGeometry& car,
+                 double memory_time, bool oldest_first, WallSide& side) noexcept {
+  constexpr double reach = 3.0;    // [m] what is further behind serves nobody
+  constexpr double one_run = 0.5;  // [m] samples this near to each other are one wall
+  constexpr double same = 0.3;     // [m] nearer to a wall that is seen, it is no news
+  side.seen = side.size();
+  const std::size_t first = oldest_first ? before.seen : 0;
+  std::size_t run = side.seen;  // first sample of the run at hand
+  WallSearch seen(side, side.seen);
+  const auto close_run = [&] {
+    if (side.size() == run) return;
+    if (side.size() == run + 1) side.outward[run] = {1.0, 0.0};  // one sample tells nothing of what is ahead
+    if (side.size() < run + 2) return;
+    const std::size_t last = side.size() - 1;
+    mark_end(run, std::min(last, run + 2), seen, side);
+    mark_end(last, last >= run + 2 ? last - 2 : run, seen, side);
+  };
+  for (std::size_t k = 0; k < before.size(); ++k) {
+    const std::size_t i = (first + k) % before.size();
+    const Point2 p = before.at(i);
+    if (static_cast<double>(before.age[i]) > memory_time || p.x < -reach) continue;
+    if (seen.distance(p.x, p.y, same) < same) continue;
+    if (!is_hidden(p.x - car.laser_x, p.y - car.laser_y, table, ranges)) continue;
+    if (side.size() > run && norm(p.x - side.at(side.size() - 1).x, p.y - side.at(side.size() - 1).y) > one_run) {
+      close_run();
+      run = side.size();
+    }
+    side.push(p.x, p.y, {}, before.age[i], before.sight[i]);
+  }
+  close_run();
+}
+
+}  // namespace
+
+void ranges_by_beam(const Buffer<ScanPoint>& points, std::size_t beams, Buffer<float>& ranges) noexcept {
+  ranges.fill(beams, 0.0F);
+  for (const ScanPoint& p : points) ranges[static_cast<std::size_t>(p.beam)] = static_cast<float>(p.range);
+}
+
+void carry_over_occluded(const LocalWalls& before, const BeamTable& table, const Buffer<float>& ranges,
+                         const CarGeometry& car, double memory_time, LocalWalls& walls) noexcept {
+  recall_side(before.left, table, ranges, car, memory_time, false, walls.left);
+  recall_side(before.right, table, ranges, car, memory_time, true, walls.right);
+}
+
+}  // namespace firstlap

@@ -1,0 +1,361 @@
+#include "firstlap/planning/centerline.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+
+#include "firstlap/common/geometry.hpp"
+
+namespace firstlap {
+namespace {
+
+// One look at the walls from a point.
+struct Look {
+  double right = 0.0;  // [m] distance that counts, seen or estimated
+  double left = 0.0;
+  Support support = Support::none;
+  Point2 right_sample;
+  Point2 left_sample;
+  double gx = 0.0;  // gradient of (right - left): toward the left wall
+  double gy = 0.0;
+  double room = 0.0;      // [m] to the nearer of the walls that are seen
+  bool wide = false;      // as of CenterlinePoint
+  bool in_sight = false;  // between the lines of sight past two visible ends: nothing stands there
+
+  [[nodiscard]] double imbalance() const noexcept { return right - left; }
+  [[nodiscard]] double slope() const noexcept { return norm(gx, gy); }
+};
+
+struct SideLook {
+  double distance = 0.0;  // [m]; 0: there is no wall
+  bool representative = false;
+  Point2 sample;   // nearest point of the wall
+  Point2 outward;  // the way that the wall goes on out of sight, where its end is nearest
+  Sight sight;     // past that end
+};
+
+// Nearest point to (x, y) on the straight between two neighboring samples.
+Point2 nearest_between(Point2 a, Point2 b, double x, double y) noexcept {
+  const double dx = b.x - a.x;
+  const double dy = b.y - a.y;
+  const double length2 = dx * dx + dy * dy;
+  if (length2 < 1e-12) return a;
+  const double t = std::clamp(((x - a.x) * dx + (y - a.y) * dy) / length2, 0.0, 1.0);
+  return {a.x + t * dx, a.y + t * dy};
+}
+
+// A side stands for the wall where its nearest sample is not a visible end that the point has passed.
+SideLook look_at(const WallSide& side, double x, double y) noexcept {
+  constexpr double neighbors = 0.5;  // [m] samples this near to each other are one wall
+  SideLook look;
+  if (side.size() == 0) return look;
+  const Nearest nearest = nearest_sample(side, x, y);
+  const Point2 sample = side.at(nearest.index);
+  look.sample = sample;
+  look.distance = nearest.distance;
+  look.outward = side.outward[nearest.index];
+  look.sight = side.sight[nearest.index];
+  const double beyond = (x - sample.x) * look.outward.x + (y - sample.y) * look.outward.y;
+  look.representative = beyond <= 0.1 * nearest.distance;
+  for (const std::size_t k : {nearest.index - 1, nearest.index + 1}) {
+    if (k >= side.size()) continue;
+    const Point2 next = side.at(k);
+    if (norm(next.x - sample.x, next.y - sample.y) > neighbors) continue;
+    const Point2 between = nearest_between(sample, next, x, y);
+    const double d = norm(x - between.x, y - between.y);
+    if (d >= look.distance) continue;
+    look.distance = d;
+    look.sample = between;
+  }
+  return look;
+}
+
+// Past the end of a wall the line of sight bounds what is hidden: the wall goes on somewhere behind it. The point
+// of that shadow nearest to (x, y).
+Point2 nearest_in_shadow(const SideLook& hidden, double x, double y) noexcept {
+  const double sx = static_cast<double>(hidden.sight.x);
+  const double sy = static_cast<double>(hidden.sight.y);
+  const double dx = x - hidden.sample.x;
+  const double dy = y - hidden.sample.y;
+  const double along = std::max(0.0, sx * dx + sy * dy);
+  const double inside = (sx * dy - sy * dx) * static_cast<double>(hidden.sight.shadow);
+  if (inside > 0.0 && along > 0.0) return {x, y};
+  return {hidden.sample.x + along * sx, hidden.sample.y + along * sy};
+}
+
+// Whether the line of sight past the visible end that is nearest passes (x, y) by.
+bool lies_in_sight(const SideLook& side, double x, double y) noexcept {
+  if (side.sight.shadow == 0.0F) return false;
+  const Point2 shadow = nearest_in_shadow(side, x, y);
+  return norm(x - shadow.x, y - shadow.y) > 0.0;
+}
+
+// What lies out of sight is as far away as the width says, and not further than its visible end. Round an apex the
+// track is wider than along it: the hidden wall is not nearer than the line of sight past its end either, so that the
+// line goes round the apex, not along the outer wall. That holds where the way on leads past this end, or where the
+// other wall bends across it; elsewhere a piece of wall may be missing, and the width counts. Moves `hidden.sample` to
+// what it stands on; false where it is the width.
+bool estimate(SideLook& hidden, const SideLook& seen, double x, double y, double width,
+              const TrackWidthParams& params) noexcept {
+  const double end_distance = hidden.distance;
+  hidden.distance = width - seen.distance;
+  if (end_distance <= 0.0) return false;
+  const Point2 end = hidden.sample;
+  const double beyond = (x - end.x) * hidden.outward.x + (y - end.y) * hidden.outward.y;
+  const double across = std::abs(hidden.outward.x * (x - seen.sample.x) + hidden.outward.y * (y - seen.sample.y)) /
+                        std::max(seen.distance, 1e-6);
+  const double bends = std::min(1.0, 2.0 * across);
+  const double apex = bends * std::clamp(1.0 - beyond / width, 0.0, 1.0);
+  hidden.distance = width * (1.0 + params.apex_width * apex) - seen.distance;
+  if (end_distance <= hidden.distance) {
+    hidden.distance = end_distance;
+    return true;
+  }
+  if (hidden.sight.shadow == 0.0F) return false;
+  const Point2 shadow = nearest_in_shadow(hidden, x, y);
+  const double free = std::min(norm(x - shadow.x, y - shadow.y), params.width_max - seen.distance);
+  const double share = hidden.sight.way_on ? 1.0 : bends;
+  if (free <= hidden.distance || share <= 0.0) return false;
+  hidden.distance += share * (free - hidden.distance);
+  hidden.sample = shadow;
+  return true;
+}
+
+Look look_around(const LocalWalls& walls, double x, double y, double width, const TrackWidthParams& params) noexcept {
+  SideLook right = look_at(walls.right, x, y);
+  SideLook left = look_at(walls.left, x, y);
+  Look look;
+  look.wide = right.representative && left.representative && right.distance + left.distance > params.width_max;
+  if (look.wide) (right.distance > left.distance ? right : left).representative = false;
+
+  bool use_right = right.representative;
+  bool use_left = left.representative;
+  if (use_right && use_left) {
+    look.support = Support::both;
+  } else if (use_right) {
+    look.support = Support::right;
+    use_left = estimate(left, right, x, y, width, params);
+  } else if (use_left) {
+    look.support = Support::left;
+    use_right = estimate(right, left, x, y, width, params);
+  } else {
+    look.in_sight = lies_in_sight(right, x, y) && lies_in_sight(left, x, y);
+  }
+  look.right_sample = right.sample;
+  look.left_sample = left.sample;
+  look.right = right.distance;
+  look.left = left.distance;
+  constexpr double none = std::numeric_limits<double>::infinity();
+  look.room = std::min(use_right || !use_left ? right.distance : none, use_left || !use_right ? left.distance : none);
+  const double inverse_right = use_right && right.distance > 1e-6 ? 1.0 / right.distance : 0.0;
+  const double inverse_left = use_left && left.distance > 1e-6 ? 1.0 / left.distance : 0.0;
+  // An estimated side moves against the seen one: its half of the gradient is the same again.
+  const double weight_right = use_left ? 1.0 : 2.0;
+  const double weight_left = use_right ? 1.0 : 2.0;
+  look.gx = weight_right * (x - right.sample.x) * inverse_right - weight_left * (x - left.sample.x) * inverse_left;
+  look.gy = weight_right * (y - right.sample.y) * inverse_right - weight_left * (y - left.sample.y) * inverse_left;
+  return look;
+}
+
+// Around some points, so that most others need not be compared with each of them.
+class Box {
+ public:
+  void add(double x, double y) noexcept {
+    x_min_ = std::min(x_min_, x);
+    x_max_ = std::max(x_max_, x);
+    y_min_ = std::min(y_min_, y);
+    y_max_ = std::max(y_max_, y);
+  }
+  // Whether (x, y) is in the box or within `margin` of it.
+  [[nodiscard]] bool holds(double x, double y, double margin) const noexcept {
+    return x >= x_min_ - margin && x <= x_max_ + margin && y >= y_min_ - margin && y <= y_max_ + margin;
+  }
+
+ private:
+  double x_min_ = std::numeric_limits<double>::infinity();
+  double x_max_ = -std::numeric_limits<double>::infinity();
+  double y_min_ = std::numeric_limits<double>::infinity();
+  double y_max_ = -std::numeric_limits<double>::infinity();
+};
+
+class Tracer {
+  static constexpr double on_line = 0.01;          // [m] difference of the distances that needs no correction
+  static constexpr double longest_in_sight = 4.0;  // [m] of line that no wall stands for, between lines of sight
+
+ public:
+  Tracer(const LocalWalls& walls, const Buffer<TrailPoint>& trail, double width, const CarGeometry& car,
+         const TrackWidthParams& width_params, const CenterlineParams& params) noexcept
+      : walls_(walls),
+        trail_(trail),
+        width_params_(width_params),
+        params_(params),
+        width_(width),
+        half_car_(0.5 * car.width),
+        latest_(static_cast<std::size_t>(apart / params.spacing)),
+        near_(0.3 * width) {
+    for (const TrailPoint& p : trail) trail_box_.add(p.x, p.y);
+  }
+
+  // The point of the line nearest to (x, y); false where there is none within reach.
+  bool project(double& x, double& y, Look& look) const noexcept {
+    for (int i = 0; i < 8; ++i) {
+      look = look_around(walls_, x, y, width_, width_params_);
+      if (look.support == Support::none) return false;
+      if (!correct(look, x, y, 0.5)) return false;
+    }
+    look = look_around(walls_, x, y, width_, width_params_);
+    return look.support != Support::none && std::abs(look.imbalance()) < 0.2;
+  }
+
+  // Follows the line from (x, y) for `length` meters, forwards (+1) or backwards (-1).
+  LineEnd follow(double x, double y, Look look, double direction, double length,
+                 Buffer<CenterlinePoint>& out) const noexcept {
+    LocalWidth width(width_, width_params_);
+    double hx = direction * look.gy / look.slope();
+    double hy = -direction * look.gx / look.slope();
+    double unsupported = 0.0;  // [m] since the last point that a wall stands for
+    double furthest = 0.0;     // [m] that this may become
+    for (double s = 0.0; s <= length; s += params_.spacing) {
+      if (s > 0.0) {
+        x += params_.spacing * hx;
+        y += params_.spacing * hy;
+        look = look_around(walls_, x, y, width.value(), width_params_);
+        // Between two visible ends, as where the track widens on both sides, it goes straight on.
+        if (look.support != Support::none) {
+          if (std::abs(look.imbalance()) > on_line) {
+            correct(look, x, y, 0.7 * params_.spacing);
+            look = look_around(walls_, x, y, width.value(), width_params_);
+          }
+          turn(look, direction, hx, hy);
+        }
+      }
+      unsupported = look.support == Support::none ? unsupported + params_.spacing : 0.0;
+      if (unsupported <= params_.spacing) furthest = look.in_sight ? std::max(width_, longest_in_sight) : width_;
+      if (unsupported > furthest) return LineEnd::unseen;
+      if (look.room < half_car_) return LineEnd::narrow;
+      if (direction > 0.0 && (runs_against_trail(x, y, hx, hy, s) || meets_itself(out, x, y)))
+        return LineEnd::turns_back;
+      const bool pair = look.support == Support::both;
+      if (pair)
+        width.observe(look.right + look.left);
+      else
+        width.miss(params_.spacing);
+      const double w = pair ? look.right + look.left : width.value();
+      if (!out.push({x, y, w, look.support, look.right_sample, look.left_sample, look.wide})) return LineEnd::length;
+    }
+    return LineEnd::length;
+  }
+
+ private:
+  // One Newton step toward equal distances, at most `reach` [m].
+  static bool correct(const Look& look, double& x, double& y, double reach) noexcept {
+    const double slope = look.slope();
+    if (slope < 0.2) return false;
+    const double step = std::clamp(-look.imbalance() / slope, -reach, reach);
+    x += step * look.gx / slope;
+    y += step * look.gy / slope;
+    return true;
+  }
+
+  // Turns the heading along the line, at most 0.6 rad a step; where both walls pull the same way (a
+  // dead end, a pocket) it stays.
+  static void turn(const Look& look, double direction, double& hx, double& hy) noexcept {
+    const double slope = look.slope();
+    if (slope < 0.3) return;
+    const double tx = direction * look.gy / slope;
+    const double ty = -direction * look.gx / slope;
+    const double limit = 0.6;
+    const double angle = std::clamp(std::atan2(hx * ty - hy * tx, hx * tx + hy * ty), -limit, limit);
+    const double c = std::cos(angle);
+    const double s = std::sin(angle);
+    const double nx = c * hx - s * hy;
+    hy = s * hx + c * hy;
+    hx = nx;
+  }
+
+  [[nodiscard]] bool is_near(double dx, double dy) const noexcept { return dx * dx + dy * dy < near_ * near_; }
+
+  // A line round the end of a wall may come back to where it began.
+  [[nodiscard]] bool meets_itself(const Buffer<CenterlinePoint>& line, double x, double y) const noexcept {
+    for (std::size_t i = 0; i + latest_ < line.size(); i += 2)
+      if (is_near(x - line[i].x, y - line[i].y)) return true;
+    return false;
+  }
+
+  [[nodiscard]] bool runs_against_trail(double x, double y, double hx, double hy, double s) const noexcept {
+    if (s < 1.0 || !trail_box_.holds(x, y, near_)) return false;
+    for (const TrailPoint& p : trail_)
+      if (is_near(x - p.x, y - p.y) && hx * std::cos(p.yaw) + hy * std::sin(p.yaw) < -0.5) return true;
+    return false;
+  }
+
+  static constexpr double apart = 2.0;  // [m] along the line, from where on it may meet itself
+  const LocalWalls& walls_;
+  const Buffer<TrailPoint>& trail_;
+  const TrackWidthParams& width_params_;
+  const CenterlineParams& params_;
+  double width_;
+  double half_car_;
+  std::size_t latest_;  // points over `apart`
+  double near_;         // [m] nearer than this, lines are the same way
+  Box trail_box_;
+};
+
+// True where the straight way from a to b meets a wall: what lies behind it is not this track.
+bool meets_wall(const LocalWalls& walls, Point2 a, Point2 b, double spacing) noexcept {
+  const double length = norm(b.x - a.x, b.y - a.y);
+  const int pieces = static_cast<int>(2.0 * length / spacing);
+  for (int k = 1; k <= pieces; ++k) {
+    const double t = static_cast<double>(k) / static_cast<double>(pieces);
+    const double x = a.x + t * (b.x - a.x);
+    const double y = a.y + t * (b.y - a.y);
+    const double nearest =
+        std::min(nearest_sample(walls.left, x, y).distance, nearest_sample(walls.right, x, y).distance);
+    if (nearest < 0.6 * spacing) return true;
+  }
+  return false;
+}
+
+// A line ends with the last point that a wall stands for.
+void end_at_last_wall(Buffer<CenterlinePoint>& points) noexcept {
+  while (!points.empty() && points.back().support == Support::none) points.shrink(points.size() - 1);
+}
+
+double line_length(const Buffer<CenterlinePoint>& points, std::size_t first) noexcept {
+  double length = 0.0;
+  for (std::size_t i = first + 1; i < points.size(); ++i)
+    length += norm(points[i].x - points[i - 1].x, points[i].y - points[i - 1].y);
+  return length;
+}
+
+}  // namespace
+
+void trace_centerline(const LocalWalls& walls, const Buffer<TrailPoint>& trail, double width, const CarGeometry& car,
+                      const TrackWidthParams& width_params, const CenterlineParams& params, Centerline& line) noexcept {
+  line.points.clear();
+  line.nearest = 0;
+  line.ahead = 0.0;
+  line.end = LineEnd::none;
+  const Tracer tracer(walls, trail, width, car, width_params, params);
+
+  // The walls beside the car may be out of sight: begin as near to the front axle as the line is known.
+  for (const double ahead : {0.0, 0.5, 1.0, 1.5, 2.0, -0.5}) {
+    double x = car.wheelbase + ahead;
+    double y = 0.0;
+    Look look;
+    if (!tracer.project(x, y, look) || look.slope() < 0.2) continue;
+    if (meets_wall(walls, {car.wheelbase, 0.0}, {x, y}, params.spacing)) continue;
+    tracer.follow(x, y, look, -1.0, params.start_behind + std::max(0.0, ahead), line.points);
+    end_at_last_wall(line.points);
+    std::reverse(line.points.begin(), line.points.end());
+    if (!line.points.empty()) line.points.shrink(line.points.size() - 1);
+    line.nearest = line.points.size();
+    line.end = tracer.follow(x, y, look, 1.0, params.horizon, line.points);
+    end_at_last_wall(line.points);
+    line.ahead = line_length(line.points, std::min(line.nearest, line.points.size())) + std::max(0.0, ahead);
+    return;
+  }
+}
+
+}  // namespace firstlap

@@ -1,0 +1,160 @@
+#include "firstlap/planning/minimum_curvature.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "firstlap/common/geometry.hpp"
+#include "firstlap/planning/trajectory.hpp"
+
+namespace firstlap {
+namespace {
+
+constexpr double apart = 0.45;     // [m] between the points that tell the line's curvature
+constexpr double passed = 1.0;     // [m] a tight bend so far behind still counts
+constexpr double coming = 3.0;     // [m] and one so far ahead
+constexpr std::size_t fewest = 4;  // keys, two of which are the car's own
+constexpr double overshoot = 1.6;  // of a relaxation step: settles in a third of the passes
+constexpr double straight = 1e-3;  // [1/m]
+
+// Points of the line in `way` m of it.
+std::size_t points_in(double way, double spacing) noexcept {
+  return static_cast<std::size_t>(std::max(1L, std::lround(way / spacing)));
+}
+
+// Unit, to the left.
+Point2 normal_at(const Buffer<Point2>& points, std::size_t i) noexcept {
+  const Point2& a = points[i > 0 ? i - 1 : 0];
+  const Point2& b = points[std::min(i + 1, points.size() - 1)];
+  const double length = std::max(distance(a, b), 1e-9);
+  return {(a.y - b.y) / length, (b.x - a.x) / length};
+}
+
+// Of the circle through point i and those `beside` before and after; positive to the left.
+double curvature_at(const Buffer<Point2>& points, std::size_t i, std::size_t beside) noexcept {
+  const Point2& a = points[i > beside ? i - beside : 0];
+  const Point2& b = points[i];
+  const Point2& c = points[std::min(i + beside, points.size() - 1)];
+  const double cross = (b.x - a.x) * (c.y - b.y) - (b.y - a.y) * (c.x - b.x);
+  return 2.0 * cross / std::max(distance(a, b) * distance(b, c) * distance(a, c), 1e-9);
+}
+
+std::size_t nearest_to_base_link(const Buffer<Point2>& points) noexcept {
+  std::size_t best = 0;
+  for (std::size_t i = 1; i < points.size(); ++i)
+    if (norm(points[i].x, points[i].y) < norm(points[best].x, points[best].y)) best = i;
+  return best;
+}
+
+void place(ControlPoint& key) noexcept {
+  key.at = {key.on_line.x + key.offset * key.normal.x, key.on_line.y + key.offset * key.normal.y};
+}
+
+// The offsets that the walls leave between the middles to the keys before and after.
+void leave_room(const Buffer<CenterlinePoint>& line, const Buffer<Point2>& points, std::size_t i, double reach,
+                double clearance, ControlPoint& key) noexcept {
+  key.low = -1e9;
+  key.high = 1e9;
+  const auto narrow = [&](std::size_t j) {
+    const Point2 normal = normal_at(points, j);
+    const double beside = normal.x * (points[j].x - line[j].x) + normal.y * (points[j].y - line[j].y);
+    const double room = std::max(0.0, clearance_at(line[j]) - clearance);
+    key.low = std::max(key.low, -room - beside);
+    key.high = std::min(key.high, room - beside);
+  };
+  narrow(i);
+  for (std::size_t j = i; j > 0 && distance(points[j - 1], points[i]) <= reach; --j) narrow(j - 1);
+  for (std::size_t j = i + 1; j < points.size() && distance(points[j], points[i]) <= reach; ++j) narrow(j);
+  key.low = std::min(key.low, 0.0);
+  key.high = std::max(key.high, 0.0);
+}
+
+// Where the line soon bends nearly as tightly as the car can turn, no further to the inside than the line itself.
+void keep_out_of_tight_bends(const Buffer<Point2>& points, std::size_t i, double spacing, double radius,
+                             ControlPoint& key) noexcept {
+  const std::size_t before = points_in(passed, spacing);
+  const std::size_t end = std::min(i + points_in(coming, spacing), points.size());
+  double to_left = straight;
+  double to_right = straight;
+  for (std::size_t j = i > before ? i - before : 0; j < end; ++j) {
+    const double curvature = curvature_at(points, j, points_in(apart, spacing));
+    to_left = std::max(to_left, curvature);
+    to_right = std::max(to_right, -curvature);
+  }
+  if (to_left * radius > 1.0) key.high = 0.0;
+  if (to_right * radius > 1.0) key.low = 0.0;
+}
+
+// Towards the least sum of curvature squared times way. The first two keys stay.
+void relax(int passes, Buffer<ControlPoint>& keys) noexcept {
+  const std::size_t n = keys.size();
+  for (int pass = 0; pass < passes; ++pass) {
+    for (std::size_t i = 1; i < n; ++i) keys[i].step = std::max(distance(keys[i - 1].at, keys[i].at), 1e-3);
+    for (std::size_t i = 2; i < n; ++i) {
+      Point2 pull{};
+      double stiffness = 0.0;
+      // The path's turn at a key over the way that it takes; `lever` is what a move of key i changes the turn by.
+      const auto add = [&](std::size_t middle, double lever) {
+        const ControlPoint& a = keys[middle - 1];
+        const ControlPoint& b = keys[middle];
+        const ControlPoint& c = keys[middle + 1];
+        const double weight = 2.0 / (b.step + c.step);
+        const Point2 turn{(c.at.x - b.at.x) / c.step - (b.at.x - a.at.x) / b.step,
+                          (c.at.y - b.at.y) / c.step - (b.at.y - a.at.y) / b.step};
+        pull = {pull.x + weight * lever * turn.x, pull.y + weight * lever * turn.y};
+        stiffness += weight * lever * lever;
+      };
+      ControlPoint& key = keys[i];
+      add(i - 1, 1.0 / key.step);
+      if (i + 1 < n) add(i, -1.0 / key.step - 1.0 / keys[i + 1].step);
+      if (i + 2 < n) add(i + 1, 1.0 / keys[i + 1].step);
+      const double move = (pull.x * key.normal.x + pull.y * key.normal.y) / stiffness;
+      key.offset = std::clamp(key.offset - overshoot * move, key.low, key.high);
+      place(key);
+    }
+  }
+}
+
+}  // namespace
+
+bool minimum_curvature_path(const Buffer<CenterlinePoint>& line, const PathConditions& conditions,
+                            const MinimumCurvatureParams& params, Buffer<ControlPoint>& keys,
+                            Buffer<Point2>& points) noexcept {
+  keys.clear();
+  if (params.bend_passes == 0 || points.size() < fewest) return false;
+  const auto on_arc = [&](double way) {
+    ControlPoint key;
+    key.at = {way, 0.5 * conditions.curvature * way * way};
+    return key;
+  };
+  keys.push(on_arc(params.bend_lead - params.bend_spacing));
+  keys.push(on_arc(params.bend_lead));
+  const std::size_t foot = nearest_to_base_link(points);
+  double left = 0.0;  // [m] of line
+  for (std::size_t i = foot + 1; i < points.size(); ++i) left += distance(points[i], points[i - 1]);
+  double along = -params.bend_lead;  // [m] since the last key
+  for (std::size_t i = foot + 1; i < points.size(); ++i) {
+    const double piece = distance(points[i], points[i - 1]);
+    along += piece;
+    left -= piece;
+    if (along < params.bend_spacing) continue;
+    along -= params.bend_spacing;
+    ControlPoint key;
+    key.on_line = points[i];
+    key.normal = normal_at(points, i);
+    leave_room(line, points, i, 0.5 * params.bend_spacing, conditions.clearance, key);
+    keep_out_of_tight_bends(points, i, conditions.spacing, params.bend_radius, key);
+    // What comes after the line's end may be anything: toward it the path keeps to the line.
+    const double share = std::min(1.0, left / params.bend_sight);
+    key.low *= share;
+    key.high *= share;
+    place(key);
+    if (!keys.push(key)) break;
+  }
+  if (keys.size() < fewest) return false;
+  relax(params.bend_passes, keys);
+  points.clear();
+  for (const ControlPoint& key : keys) points.push(key.at);
+  return true;
+}
+
+}  // namespace firstlap

@@ -1,0 +1,128 @@
+// The parameters of planning, with default, unit, range and meaning. Names follow the paper and docs/paper.md.
+#pragma once
+
+#include <tuple>
+
+#include "firstlap/common/field.hpp"
+
+namespace firstlap {
+
+struct CenterlineParams {
+  double spacing = 0.15;
+  double start_behind = 0.9;
+  double horizon = 9.0;
+  double hold_time = 0.2;
+  double memory_time = 0.8;
+  double trail_time = 4.0;
+
+  static constexpr auto fields() {
+    using P = CenterlineParams;
+    return std::tuple{
+        Field{"spacing", &P::spacing, "m", 0.05, 0.5, "distance of centerline points and wall samples"},
+        Field{"start_behind", &P::start_behind, "m", 0.0, 3.0, "the line starts this far behind the front axle"},
+        Field{"horizon", &P::horizon, "m", 2.0, 20.0, "and ends this far ahead at most"},
+        Field{"hold_time", &P::hold_time, "s", 0.0, 1.0, "how long the previous line serves when there is none"},
+        Field{"memory_time", &P::memory_time, "s", 0.0, 3.0, "how long a wall that is out of sight is remembered"},
+        Field{"trail_time", &P::trail_time, "s", 0.0, 20.0, "how long the car's own trail bars the way back"},
+    };
+  }
+};
+
+struct TrajectoryParams {
+  double smoothing_lambda = 0.5;
+  int smoothing_iterations = 10;
+  double smoothing_margin = 0.15;
+  double opheim_min = 0.03;
+  double opheim_max = 1.0;
+  double sample = 0.1;
+  double end_hold = 0.5;
+  double join_distance = 1.0;
+  double join_time = 0.5;
+
+  static constexpr auto fields() {
+    using P = TrajectoryParams;
+    return std::tuple{
+        Field{"smoothing_lambda", &P::smoothing_lambda, "", 0.0, 1.0,
+              "Laplacian smoothing: step toward the neighbors' middle"},
+        Field{"smoothing_iterations", &P::smoothing_iterations, "", 0.0, 200.0,
+              "Laplacian smoothing: passes; more rounds corners off"},
+        Field{"smoothing_margin", &P::smoothing_margin, "m", 0.0, 2.0,
+              "smoothing brings the car's side no nearer than this to a wall"},
+        Field{"opheim_min", &P::opheim_min, "m", 0.0, 0.5, "Opheim simplification: smallest tolerance (0: off)"},
+        Field{"opheim_max", &P::opheim_max, "m", 0.0, 5.0, "Opheim simplification: longest step (0: off)"},
+        Field{"sample", &P::sample, "m", 0.05, 0.5, "distance of trajectory points"},
+        Field{"end_hold", &P::end_hold, "m", 0.0, 2.0,
+              "the curvature is held over the last stretch, where the spline's end would straighten it"},
+        Field{"join_distance", &P::join_distance, "m", 0.0, 10.0,
+              "the trajectory leaves the car and joins the centerline over at least this (0: it is the centerline)"},
+        Field{"join_time", &P::join_time, "s", 0.0, 3.0, "and at least over the way driven in this time"},
+    };
+  }
+};
+
+// Beyond the paper, whose path has no passes of these.
+struct MinimumCurvatureParams {
+  int bend_passes = 0;
+  double bend_spacing = 1.0;
+  double bend_lead = 0.33;
+  double bend_sight = 4.0;
+  double bend_radius = 1.2;
+
+  static constexpr auto fields() {
+    using P = MinimumCurvatureParams;
+    return std::tuple{
+        Field{"bend_passes", &P::bend_passes, "", 0.0, 200.0,
+              "the path bends as little as the walls allow: relaxation passes (0: it is the smoothed centerline)"},
+        Field{"bend_spacing", &P::bend_spacing, "m", 0.2, 3.0, "between the keys that are moved"},
+        Field{"bend_lead", &P::bend_lead, "m", 0.0, 3.0,
+              "so far from base_link the path follows the arc that is driven"},
+        Field{"bend_sight", &P::bend_sight, "m", 0.1, 20.0, "over the last of the line the path comes back to it"},
+        Field{"bend_radius", &P::bend_radius, "m", 0.0, 10.0, "no cutting where the line soon bends tighter than this"},
+    };
+  }
+};
+
+struct VelocityProfileParams {
+  double v_min = 2.0;
+  double v_max = 4.0;
+  double a_x_max = 5.0;
+  double a_x_min = -4.5;
+  double a_y_max = 2.3;
+  bool friction_ellipse = false;
+  double preview_time = 0.12;
+  double delta_v_max = 0.5;
+  double delta_v_min = -0.5;
+  double v_horizon = 1.0;
+  double block_clearance = 0.05;
+  double block_distance = 0.2;
+  double a_brake = 5.0;
+  double stop_clearance = 0.04;
+
+  static constexpr auto fields() {
+    using P = VelocityProfileParams;
+    return std::tuple{
+        Field{"v_min", &P::v_min, "m/s", 0.1, 10.0, "planned speed never falls below this (a stop stands outside)"},
+        Field{"v_max", &P::v_max, "m/s", 0.1, 20.0, "planned speed never rises above this"},
+        Field{"a_x_max", &P::a_x_max, "m/s^2", 0.1, 20.0, "planned acceleration"},
+        Field{"a_x_min", &P::a_x_min, "m/s^2", -20.0, -0.1, "planned braking"},
+        Field{"a_y_max", &P::a_y_max, "m/s^2", 0.1, 20.0, "planned lateral acceleration"},
+        Field{"friction_ellipse", &P::friction_ellipse, "", 0.0, 1.0,
+              "braking and accelerating share the grip with cornering"},
+        Field{"preview_time", &P::preview_time, "s", 0.0, 1.0, "the commanded speed is the planned one this far ahead"},
+        Field{"delta_v_max", &P::delta_v_max, "m/s", 0.0, 10.0,
+              "commanded speed above the measured one at most (the paper's delta a_max)"},
+        Field{"delta_v_min", &P::delta_v_min, "m/s", -10.0, 0.0,
+              "commanded speed below the measured one at most (the paper's delta a_min)"},
+        Field{"v_horizon", &P::v_horizon, "m/s", 0.0, 10.0, "speed at the end of what is seen"},
+        Field{"block_clearance", &P::block_clearance, "m", -0.5, 0.5,
+              "the path is blocked where the car's side would come nearer than this to something"},
+        Field{"block_distance", &P::block_distance, "m", 0.0, 2.0, "and the car stops this far before it"},
+        Field{"a_brake", &P::a_brake, "m/s^2", 0.5, 20.0,
+              "full braking, as a positive number, when nothing else helps"},
+        Field{"stop_clearance", &P::stop_clearance, "m", 0.0, 0.5,
+              "full braking where a stop begun a scan later would bring the body nearer than this to something"},
+    };
+  }
+};
+
+}  // namespace firstlap

@@ -1,0 +1,131 @@
+#include "firstlap/estimation/speed_scale.hpp"
+
+#include <cmath>
+#include <gtest/gtest.h>
+
+#include "firstlap/drivers/racer.hpp"
+#include "support/scene.hpp"
+
+namespace firstlap {
+namespace {
+
+// A corridor that bends to the right behind a wall ahead, as samples seen from base_link at `x` meters along it.
+void add_wall(double x, Point2 from, Point2 to, int vote, WallSide& side, Buffer<SectionSample>& samples) {
+  const double length = std::hypot(to.x - from.x, to.y - from.y);
+  for (double s = 0.0; s < length; s += 0.15) {
+    const Point2 p{from.x + s / length * (to.x - from.x) - x, from.y + s / length * (to.y - from.y)};
+    side.push(p.x, p.y, {}, 0.0F);
+    samples.push({.x = p.x, .y = p.y, .section = 0, .vote = vote});
+  }
+  side.seen = side.size();
+}
+
+struct Seen {
+  Seen(double x, bool open) : samples(max_samples) {
+    add_wall(x, {-2, 1}, {8, 1}, 1, walls.left, samples);
+    if (!open) add_wall(x, {8, 1}, {8, -6}, 1, walls.left, samples);
+    add_wall(x, {6, -6}, {6, -1}, -1, walls.right, samples);
+    add_wall(x, {6, -1}, {-2, -1}, -1, walls.right, samples);
+  }
+  LocalWalls walls;
+  Buffer<SectionSample> samples;
+};
+
+TEST(ForwardError, IsHowMuchFurtherTheWallsCameThanOdometrySays) {
+  for (const double missed : {-0.03, -0.01, 0.0, 0.01, 0.03}) {
+    const Seen before(0.0, false);
+    const Seen now(missed, false);
+    const MotionError error = forward_error(before.walls, now.samples, 0.15, {});
+    EXPECT_NEAR(error.forward, missed, 0.002) << missed;
+    EXPECT_GT(error.information, 1e4);
+  }
+}
+
+TEST(ForwardError, HasNoInformationBetweenParallelWalls) {
+  LocalWalls walls;
+  Buffer<SectionSample> now(max_samples);
+  add_wall(0.0, {-2, 1}, {8, 1}, 1, walls.left, now);
+  add_wall(0.0, {-2, -1}, {8, -1}, -1, walls.right, now);
+  EXPECT_LT(forward_error(walls, now, 0.15, {}).information, 1.0);
+  EXPECT_EQ(forward_error({}, now, 0.15, {}).information, 0.0);
+}
+
+TEST(ForwardError, SearchesOnwardsAlongAWallAndAllOfItWhereThatEndsFarAway) {
+  WallSide side;
+  for (int i = 0; i < 40; ++i) side.push(0.15 * i, 1.0, {}, 0.0F);
+  for (int i = 0; i < 40; ++i) side.push(6.0 - 0.15 * i, 3.0, {}, 0.0F);
+  WallSearch search(side, side.size());
+  EXPECT_EQ(search.nearest_onwards(3.0, 1.1, 0.3).index, 20U);
+  EXPECT_EQ(search.nearest_onwards(1.5, 1.1, 0.3).index, 10U);
+  EXPECT_EQ(search.nearest_onwards(3.0, 2.9, 0.3).index, 60U) << "across";
+  EXPECT_EQ(search.nearest_onwards(3.3, 2.9, 0.3).index, 58U);
+  EXPECT_GT(search.nearest_onwards(3.3, 9.0, 0.3).distance, 0.3);
+  EXPECT_GT(WallSearch(side, 0).nearest_onwards(0.0, 0.0, 0.3).distance, 1e9);
+}
+
+SpeedScale after(double seconds, double true_speed, double reads, double command) {
+  const SpeedScaleParams params;
+  SpeedScale scale;
+  const double dt = 0.025;
+  for (double t = 0.0; t < seconds; t += dt) {
+    learn_from_command(command, reads, dt, params, scale);
+    const double taken = reads * true_per_measured(scale, params);
+    learn_from_walls({(true_speed - taken) * dt, 1e6}, taken * dt, reads * dt, dt, params, scale);
+  }
+  return scale;
+}
+
+TEST(SpeedScale, FindsWhatTheMeasuredSpeedIsWrongByWithinASecond) {
+  const SpeedScaleParams params;
+  for (const double error : {-0.15, -0.1, 0.1, 0.15})
+    EXPECT_NEAR(true_per_measured(after(1.0, 4.0, 4.0 * (1.0 + error), 4.0), params), 1.0 / (1.0 + error), 0.01);
+}
+
+TEST(SpeedScale, IsExactlyOneWhereSpeedsAreRight) {
+  const SpeedScaleParams params;
+  for (const double error : {-0.01, 0.0, 0.01}) {
+    const SpeedScale scale = after(5.0, 4.0, 4.0 * (1.0 + error), 4.0);
+    EXPECT_EQ(true_per_measured(scale, params), 1.0);
+    EXPECT_EQ(true_per_commanded(scale, params), 1.0);
+  }
+}
+
+TEST(SpeedScale, TellsACarThatDrivesFasterThanToldFromOneThatReadsHigh) {
+  const SpeedScaleParams params;
+  EXPECT_NEAR(true_per_commanded(after(8.0, 4.6, 4.0, 4.0), params), 1.15, 0.02);
+  EXPECT_EQ(true_per_commanded(after(8.0, 4.0, 4.6, 4.0), params), 1.0);
+  EXPECT_EQ(true_per_commanded(after(8.0, 3.4, 4.0, 4.0), params), 1.0) << "a slow car is not told to hurry";
+}
+
+TEST(SpeedScale, LearnsNothingOfACarThatIsHeldBack) {
+  const SpeedScaleParams params;
+  const SpeedScale scale = after(8.0, 1.5, 1.5, 4.0);
+  EXPECT_NEAR(scale.commanded_driven / scale.commanded_square, 1.0, 0.15);
+  EXPECT_EQ(true_per_commanded(scale, params), 1.0);
+}
+
+TEST(SpeedScale, StaysWithinItsLimitAndCanBeSwitchedOff) {
+  SpeedScaleParams params;
+  SpeedScale scale = after(3.0, 8.0, 4.0, 4.0);
+  EXPECT_LE(true_per_measured(scale, params), 1.0 + params.scale_limit);
+  EXPECT_LE(true_per_commanded(scale, params), 1.0 + params.scale_limit);
+  params.scale_limit = 0.0;
+  EXPECT_EQ(true_per_measured(scale, params), 1.0);
+  EXPECT_EQ(true_per_commanded(scale, params), 1.0);
+}
+
+// The method on a course, with a car that reads `error` too much.
+TEST(SpeedScale, ARacerFindsItBetweenRealWalls) {
+  for (const double error : {-0.15, 0.0, 0.15}) {
+    const scene::Course course = scene::Course{}.straight(12).turn(2.0, 1.5).straight(12);
+    const scene::Scene walls = course.walls(1.8);
+    Racer racer{Params{}};
+    for (double s = 1.0; s < 11.0; s += 0.1) {
+      racer.step(walls.scan(course.at(s)).view(), {4.0 * (1.0 + error), 0.0, 0.0}, 0.025);
+    }
+    EXPECT_NEAR(racer.trace().speed_scale, 1.0 / (1.0 + error), 0.03) << error;
+  }
+}
+
+}  // namespace
+}  // namespace firstlap

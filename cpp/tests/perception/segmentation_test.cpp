@@ -1,0 +1,137 @@
+#include "firstlap/perception/segmentation.hpp"
+
+#include <functional>
+#include <gtest/gtest.h>
+
+#include "support/scene.hpp"
+
+namespace firstlap {
+namespace {
+
+struct Segmented {
+  explicit Segmented(const scene::Scan& scan, double width = 2.0, const SegmentationParams& params = {}) {
+    BeamTable table;
+    if (!table.prepare(scan.view())) return;
+    scan_to_points(scan.view(), table, {}, {}, CarGeometry{}, points);
+    segment(points, table.angle_step(), width, params, sections);
+  }
+  [[nodiscard]] std::size_t count(SectionStatus status) const {
+    std::size_t n = 0;
+    for (const Section& s : sections) n += s.status == status;
+    return n;
+  }
+  Buffer<ScanPoint> points{max_points};
+  Buffer<Section> sections{max_sections};
+};
+
+// Range by the angle in the laser's frame; infinite where nothing stands.
+scene::Scan scan_of(const std::function<double(double)>& range) {
+  scene::Scan scan;
+  for (int i = 0; i <= 1080; ++i)
+    scan.ranges.push_back(static_cast<float>(range(scan.angle_min + i * scan.angle_increment)));
+  return scan;
+}
+constexpr double nothing = std::numeric_limits<double>::infinity();
+
+TEST(Segmentation, sections_cover_every_point_once_and_in_order) {
+  const Segmented s(scene::Course{}.straight(4).turn(1.5, 2.0).straight(6).pipes(2.0, 0.7, 0.3).scan({2.0, 0.0, 0.0}));
+  ASSERT_GT(s.sections.size(), 2U);
+  EXPECT_EQ(s.sections.front().first, 0U);
+  for (std::size_t i = 1; i < s.sections.size(); ++i) EXPECT_EQ(s.sections[i].first, s.sections[i - 1].last + 1);
+  EXPECT_EQ(s.sections.back().last, s.points.size() - 1);
+}
+
+TEST(Segmentation, a_straight_corridor_is_two_sections) {
+  const Segmented s(scene::Course{}.straight(40).walls(2.0).scan({10.0, 0.0, 0.0}));
+  EXPECT_EQ(s.count(SectionStatus::kept), 2U);
+}
+
+TEST(Segmentation, a_wall_met_at_grazing_incidence_stays_one_section_to_10_m) {
+  // 1 m beside the car, beams 0.25 degrees apart: 0.44 m between points at 10 m.
+  scene::Scene wall;
+  wall.add(scene::left, {{0.0, 1.0}, {30.0, 1.0}});
+  const Segmented s(wall.scan({2.0, 0.0, 0.0}));
+  ASSERT_EQ(s.count(SectionStatus::kept), 1U);
+  const Section& only = s.sections[s.sections.size() - 1];
+  EXPECT_GT(s.points[only.first].range, 10.0) << "it must reach that far";
+}
+
+TEST(Segmentation, a_jump_above_the_largest_threshold_is_a_break) {
+  const Segmented s(scan_of([](double angle) { return angle < 0.0 ? 2.0 : 3.0; }));
+  EXPECT_EQ(s.sections.size(), 2U);
+}
+
+TEST(Segmentation, a_jump_below_the_smallest_threshold_is_none) {
+  const Segmented s(scan_of([](double angle) { return angle < 0.0 ? 2.0 : 2.1; }));
+  EXPECT_EQ(s.sections.size(), 1U);
+}
+
+TEST(Segmentation, neighbours_nearer_than_the_merge_distance_are_one_section) {
+  EXPECT_EQ(Segmented(scan_of([](double angle) { return angle < 0.0 ? 2.0 : 2.33; })).sections.size(), 1U);
+  EXPECT_EQ(Segmented(scan_of([](double angle) { return angle < 0.0 ? 2.0 : 2.37; })).sections.size(), 2U);
+}
+
+TEST(Segmentation, too_few_points_a_short_chord_and_a_far_start_are_eliminated) {
+  // A post of 5 beams ahead of a wall that is 6 m away.
+  const auto post = [](double half, double at) {
+    return scan_of([=](double angle) { return std::abs(angle) < half ? at : nothing; });
+  };
+  EXPECT_EQ(Segmented(post(2.2 * 0.00436, 3.0)).count(SectionStatus::too_small), 1U) << "5 points";
+  EXPECT_EQ(Segmented(post(0.03, 3.0)).count(SectionStatus::too_small), 1U) << "a chord of 0.18 m";
+  EXPECT_EQ(Segmented(post(0.06, 3.0)).count(SectionStatus::kept), 1U) << "a chord of 0.36 m";
+  EXPECT_EQ(Segmented(post(0.06, 8.5)).count(SectionStatus::too_far), 1U);
+}
+
+TEST(Segmentation, what_shows_through_a_joint_is_seen_through_and_both_neighbours_stay) {
+  scene::Scene pipes;
+  pipes.add(scene::left, {{0.0, 1.0}, {3.0, 1.0}}).add(scene::left, {{3.5, 1.0}, {7.0, 1.0}});
+  pipes.add(scene::neither, {{0.0, 3.0}, {12.0, 3.0}});
+  const Segmented s(pipes.scan({2.0, 0.0, 0.0}));
+  EXPECT_GE(s.count(SectionStatus::seen_through), 1U);
+  for (const Section& section : s.sections) {
+    const double y = s.points[(section.first + section.last) / 2].y;
+    if (section.status == SectionStatus::kept && s.points[section.last].x > 2.5 && s.points[section.first].x < 6.0) {
+      EXPECT_NEAR(y, 1.0, 0.01);
+    }
+  }
+}
+
+TEST(Segmentation, what_shows_through_a_gap_wide_enough_to_drive_is_kept) {
+  scene::Scene opening;
+  opening.add(scene::left, {{0.0, 1.0}, {2.5, 1.0}}).add(scene::left, {{4.5, 1.0}, {7.0, 1.0}});
+  opening.add(scene::neither, {{2.0, 3.0}, {8.0, 3.0}});
+  EXPECT_EQ(Segmented(opening.scan({2.0, 0.0, 0.0})).count(SectionStatus::seen_through), 0U);
+}
+
+TEST(Segmentation, the_passable_gap_is_a_share_of_the_track_width_within_limits) {
+  const SegmentationParams p;
+  EXPECT_DOUBLE_EQ(passable_gap(2.0, p), 0.9);
+  EXPECT_DOUBLE_EQ(passable_gap(0.7, p), 0.5);
+  EXPECT_DOUBLE_EQ(passable_gap(3.5, p), 1.0);
+}
+
+TEST(Segmentation, thinned_beams_still_give_two_walls_in_a_corridor) {
+  for (const int keep_every : {2, 3, 4}) {
+    scene::Scan scan = scene::Course{}.straight(40).walls(2.0).scan({10.0, 0.0, 0.0});
+    for (std::size_t i = 0; i < scan.ranges.size(); ++i)
+      if (i % static_cast<std::size_t>(keep_every) != 0) scan.ranges[i] = 0.0F;
+    EXPECT_EQ(Segmented(scan).count(SectionStatus::kept), 2U) << "one beam of " << keep_every;
+  }
+}
+
+TEST(Segmentation, the_median_beam_step_is_the_spacing_of_what_came_back) {
+  Buffer<ScanPoint> points(max_points);
+  EXPECT_DOUBLE_EQ(median_beam_step(points), 1.0);
+  for (int i = 0; i < 100; ++i) points.push({1.0, 0.0, 1.0, 3 * i});
+  EXPECT_DOUBLE_EQ(median_beam_step(points), 3.0);
+}
+
+TEST(Segmentation, more_sections_than_there_is_room_for_are_dropped_not_written) {
+  int k = 0;
+  scene::Scan scan = scan_of([&](double) { return ++k % 2 == 0 ? 2.0 : 7.0; });
+  const Segmented s(scan);
+  EXPECT_LE(s.sections.size(), max_sections);
+}
+
+}  // namespace
+}  // namespace firstlap

@@ -1,0 +1,219 @@
+#include "firstlap/planning/minimum_curvature.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <gtest/gtest.h>
+#include <numbers>
+#include <vector>
+
+#include "firstlap/planning/trajectory.hpp"
+#include "support/random_inputs.hpp"
+#include "support/scene.hpp"
+
+namespace firstlap {
+namespace {
+
+constexpr double margin = 0.3;
+
+MinimumCurvatureParams bending() {
+  MinimumCurvatureParams params;
+  params.bend_passes = 30;
+  return params;
+}
+
+// The medial line of a lane of this width as base_link sees it from `car`.
+Buffer<CenterlinePoint> line_of(const scene::Course& course, double from, double to, double width, const Pose2& car) {
+  Buffer<CenterlinePoint> line(max_line_points);
+  const double c = std::cos(car.yaw);
+  const double s = std::sin(car.yaw);
+  for (double along = from; along < to; along += 0.15) {
+    const Pose2 p = course.at(along);
+    const double dx = p.x - car.x;
+    const double dy = p.y - car.y;
+    line.push({c * dx + s * dy, -s * dx + c * dy, width, Support::both, {}, {}});
+  }
+  return line;
+}
+
+struct Bent {
+  Buffer<Point2> smoothed{max_line_points};
+  Buffer<Point2> points{max_line_points};
+  Buffer<ControlPoint> keys{max_control_points};
+  bool bent = false;
+};
+
+Bent bend(const Buffer<CenterlinePoint>& line, const MinimumCurvatureParams& bending, double curvature = 0.0) {
+  Bent found;
+  Params params;
+  params.minimum_curvature = bending;
+  params.trajectory.smoothing_margin = margin;
+  smooth_between_walls(line, params.car, params.trajectory, found.smoothed);
+  found.points.assign(found.smoothed.span());
+  found.bent = minimum_curvature_path(
+      line, {curvature, 0.5 * params.car.width + params.trajectory.smoothing_margin, params.centerline.spacing},
+      params.minimum_curvature, found.keys, found.points);
+  return found;
+}
+
+// [1/m] of the path through these keys, ahead of base_link and up to `to` m of it.
+double sharpest(const Buffer<Point2>& keys, double to) {
+  Spline spline(max_line_points);
+  Buffer<TrajectoryPoint> path(max_path_points);
+  sample_path(keys, 0.1, 0.5, spline, path);
+  double most = 0.0;
+  for (const TrajectoryPoint& p : path)
+    if (p.x > 0.0 && p.s < to) most = std::max(most, std::abs(p.curvature));
+  return most;
+}
+
+// A right angle to the left after 4 m, with a radius of 1.5 m.
+scene::Course corner() { return scene::Course{}.straight(6.0).turn(1.5, 0.5 * std::numbers::pi).straight(6.0); }
+
+TEST(LeastCurvature, a_car_in_the_middle_of_a_straight_goes_straight_on) {
+  const auto found = bend(line_of(scene::Course{}.straight(12.0), 1.1, 11.0, 2.0, {2.0, 0.0, 0.0}), bending());
+  ASSERT_TRUE(found.bent);
+  for (const Point2& p : found.points) EXPECT_NEAR(p.y, 0.0, 1e-9);
+}
+
+TEST(LeastCurvature, the_path_begins_on_the_arc_that_the_car_drives) {
+  for (const double curvature : {-0.8, 0.0, 0.4}) {
+    const auto params = bending();
+    const auto found =
+        bend(line_of(scene::Course{}.straight(12.0), 1.1, 11.0, 2.0, {2.0, 0.3, 0.1}), params, curvature);
+    ASSERT_TRUE(found.bent);
+    for (std::size_t i = 0; i < 2; ++i)
+      EXPECT_NEAR(found.points[i].y, 0.5 * curvature * found.points[i].x * found.points[i].x, 1e-12);
+    EXPECT_DOUBLE_EQ(found.points[1].x, params.bend_lead);
+    EXPECT_DOUBLE_EQ(found.points[0].x, params.bend_lead - params.bend_spacing);
+  }
+}
+
+TEST(LeastCurvature, it_swings_out_before_a_corner_cuts_it_and_bends_less_than_the_smoothed_line) {
+  const scene::Course course = corner();
+  const auto line = line_of(course, 1.1, 12.0, 3.0, {2.0, 0.0, 0.0});
+  const auto found = bend(line, bending());
+  ASSERT_TRUE(found.bent);
+  double out = 0.0;
+  double in = 0.0;
+  for (const ControlPoint& key : found.keys) {
+    out = std::min(out, key.offset);
+    in = std::max(in, key.offset);
+  }
+  EXPECT_LT(out, -0.05);  // to the right before a bend to the left
+  EXPECT_GT(in, 0.1);
+  EXPECT_LT(sharpest(found.points, 9.0), 0.8 * sharpest(found.smoothed, 9.0));
+}
+
+TEST(LeastCurvature, a_mirrored_track_gives_the_mirrored_path) {
+  const auto left = bend(line_of(corner(), 1.1, 12.0, 2.0, {2.0, 0.2, 0.1}), bending(), 0.2);
+  const scene::Course mirror = scene::Course{}.straight(6.0).turn(1.5, -0.5 * std::numbers::pi).straight(6.0);
+  const auto right = bend(line_of(mirror, 1.1, 12.0, 2.0, {2.0, -0.2, -0.1}), bending(), -0.2);
+  ASSERT_EQ(left.points.size(), right.points.size());
+  for (std::size_t i = 0; i < left.points.size(); ++i) {
+    EXPECT_NEAR(left.points[i].x, right.points[i].x, 1e-9);
+    EXPECT_NEAR(left.points[i].y, -right.points[i].y, 1e-9);
+  }
+}
+
+// Of all keys but the car's own; random lanes, places and headings.
+TEST(LeastCurvature, no_key_comes_nearer_to_a_wall_than_the_margin) {
+  const auto seed = scene::seed_or(3);
+  scene::RandomInputs random(seed);
+  for (int run = 0; run < scene::count_or(300); ++run) {
+    const double width = random.uniform(1.0, 4.0);
+    const double radius = random.uniform(0.5 * width + 0.2, 4.0);
+    const double angle = random.uniform(-2.5, 2.5);
+    const scene::Course course = scene::Course{}.straight(5.0).turn(radius, angle).straight(8.0);
+    const Pose2 car = course.at(random.uniform(1.0, 5.0), random.uniform(-0.2, 0.2));
+    const auto line = line_of(course, 0.2, 12.0, width, car);
+    const auto found = bend(line, bending(), random.uniform(-0.5, 0.5));
+    if (!found.bent) continue;
+    const double room = std::max(0.0, 0.5 * width - 0.5 * CarGeometry{}.width - margin);
+    for (std::size_t i = 2; i < found.points.size(); ++i) {
+      const double off = course.distance(scene::to_world(car, found.points[i].x, found.points[i].y));
+      ASSERT_LE(off, room + 0.02) << scene::how_to_repeat(seed, run);  // the medial line is made of short pieces
+    }
+  }
+}
+
+TEST(LeastCurvature, a_tight_bend_is_not_cut) {
+  const scene::Course course = scene::Course{}.straight(6.0).turn(1.05, std::numbers::pi).straight(6.0);
+  const auto line = line_of(course, 1.1, 14.0, 2.0, {4.0, 0.0, 0.0});
+  const auto found = bend(line, bending());
+  ASSERT_TRUE(found.bent);
+  for (std::size_t i = 2; i < 7; ++i) EXPECT_LE(found.keys[i].high, 0.0) << i;  // the bend and 3 m before it
+  auto cutting = bending();
+  cutting.bend_radius = 0.0;
+  EXPECT_GT(bend(line, cutting).keys[4].high, 0.0);
+}
+
+TEST(LeastCurvature, towards_the_end_of_sight_the_path_comes_back_to_the_line) {
+  const auto found = bend(line_of(scene::Course{}.straight(14.0), 1.1, 12.0, 2.0, {2.0, 0.0, 0.0}), bending());
+  ASSERT_TRUE(found.bent);
+  const auto free = [&](std::size_t i) { return found.keys[i].high - found.keys[i].low; };
+  const std::size_t last = found.keys.size() - 1;
+  EXPECT_LT(free(last), 0.35 * free(2));
+  for (std::size_t i = 3; i <= last; ++i) EXPECT_LE(free(i), free(i - 1) + 1e-9);
+}
+
+TEST(LeastCurvature, no_passes_and_a_line_too_short_to_choose_change_nothing) {
+  const auto whole = line_of(scene::Course{}.straight(12.0), 1.1, 11.0, 2.0, {2.0, 0.3, 0.0});
+  const auto brief = line_of(scene::Course{}.straight(12.0), 1.1, 3.5, 2.0, {2.0, 0.3, 0.0});
+  for (const auto& [line, params] : {std::pair{whole, MinimumCurvatureParams{}}, std::pair{brief, bending()}}) {
+    const auto found = bend(line, params);
+    EXPECT_FALSE(found.bent);
+    ASSERT_EQ(found.points.size(), found.smoothed.size());
+    for (std::size_t i = 0; i < found.points.size(); ++i) EXPECT_EQ(found.points[i].y, found.smoothed[i].y);
+  }
+}
+
+// The energy at rest, against that of other paths through the same corner.
+TEST(LeastCurvature, many_passes_find_the_least_sum_of_curvature_squared_times_way) {
+  auto params = bending();
+  params.bend_passes = 200;
+  auto found = bend(line_of(corner(), 1.1, 12.0, 2.0, {2.0, 0.2, 0.0}), params);
+  ASSERT_TRUE(found.bent);
+  const auto energy = [&] {
+    double sum = 0.0;
+    for (std::size_t i = 1; i + 1 < found.keys.size(); ++i) {
+      const Point2& a = found.keys[i - 1].at;
+      const Point2& b = found.keys[i].at;
+      const Point2& c = found.keys[i + 1].at;
+      const double before = std::hypot(b.x - a.x, b.y - a.y);
+      const double after = std::hypot(c.x - b.x, c.y - b.y);
+      const double turn =
+          std::hypot((c.x - b.x) / after - (b.x - a.x) / before, (c.y - b.y) / after - (b.y - a.y) / before);
+      sum += 2.0 * turn * turn / (before + after);
+    }
+    return sum;
+  };
+  const double least = energy();
+  scene::RandomInputs random(scene::seed_or(5));
+  const Buffer<ControlPoint> rest = found.keys;
+  for (int run = 0; run < 200; ++run) {
+    for (std::size_t i = 2; i < rest.size(); ++i) {
+      ControlPoint& key = found.keys[i];
+      const double offset = std::clamp(rest[i].offset + random.uniform(-0.15, 0.15), key.low, key.high);
+      key.at = {key.on_line.x + offset * key.normal.x, key.on_line.y + offset * key.normal.y};
+    }
+    EXPECT_GT(energy(), 0.99 * least) << run;
+  }
+}
+
+TEST(LeastCurvature, a_car_drives_corners_and_a_hairpin_by_it) {
+  Params params;
+  params.minimum_curvature = bending();
+  params.trajectory.smoothing_margin = 0.2;
+  const scene::Course course =
+      scene::Course{}.straight(4.0).turn(1.5, 1.5).straight(2.0).turn(1.5, -1.5).straight(2.0).turn(1.2, 3.1).straight(
+          5.0);
+  Racer racer(params);
+  const scene::Scene walls = course.walls(2.0);
+  const scene::Tour tour = scene::drive(racer, walls, course, 1.0, course.length() - 4.0, 1.0);
+  EXPECT_EQ(tour.not_ok, 0);
+  EXPECT_LT(tour.worst_offset, 1.0 - 0.155);
+  EXPECT_GT(tour.worst_offset, 0.1);  // it does cut
+}
+
+}  // namespace
+}  // namespace firstlap

@@ -1,0 +1,36 @@
+// Poses and clouds as Python hands them over.
+#pragma once
+
+#include <cstdint>
+#include <nanobind/ndarray.h>
+#include <stdexcept>
+#include <vector>
+
+#include "arrays.hpp"
+#include "firstlap/mapping/cloud.hpp"
+
+namespace firstlap::bindings {
+
+using Ranges = nb::ndarray<const float, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using Rows = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+using Mask = nb::ndarray<const std::uint8_t, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+
+inline nb::tuple as_tuple(const Pose2& pose) { return nb::make_tuple(pose.x, pose.y, pose.yaw); }
+
+inline std::vector<mapping::CloudPoint> to_cloud(const Rows& rows) {
+  if (rows.shape(1) != 4) throw std::invalid_argument("a cloud must be (N, 4): x, y, nx, ny");
+  std::vector<mapping::CloudPoint> cloud;
+  cloud.reserve(rows.shape(0));
+  for (std::size_t i = 0; i < rows.shape(0); ++i) {
+    const double* row = rows.data() + 4 * i;
+    cloud.push_back({row[0], row[1], row[2], row[3]});
+  }
+  return cloud;
+}
+
+inline Pose2 to_pose(const nb::tuple& pose) {
+  if (pose.size() != 3) throw std::invalid_argument("a pose is (x, y, yaw)");
+  return {nb::cast<double>(pose[0]), nb::cast<double>(pose[1]), nb::cast<double>(pose[2])};
+}
+
+}  // namespace firstlap::bindings

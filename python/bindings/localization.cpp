@@ -1,0 +1,110 @@
+// Localization: the likelihood field and the particle filter on it.
+#include <cstdint>
+#include <nanobind/ndarray.h>
+#include <stdexcept>
+#include <vector>
+
+#include "arrays.hpp"
+#include "clouds.hpp"
+#include "firstlap/localization/likelihood_field.hpp"
+#include "firstlap/localization/localizer.hpp"
+#include "firstlap/sim/car.hpp"
+#include "modules.hpp"
+#include "tables.hpp"
+
+namespace firstlap::bindings {
+namespace {
+
+using localization::LocalizerParams;
+using mapping::CloudPoint;
+
+nb::tuple search_field(const localization::LikelihoodField& field, const Rows& rows, const nb::tuple& guess,
+                       double radius, double angle, double step, double turn) {
+  if (!(step > 0.0) || !(turn > 0.0)) throw std::invalid_argument("step and turn must be above 0");
+  std::vector<localization::Beam> beams;
+  for (const CloudPoint& p : to_cloud(rows)) beams.push_back({static_cast<float>(p.x), static_cast<float>(p.y)});
+  const Pose2 from = to_pose(guess);
+  localization::SearchResult found;
+  {
+    const nb::gil_scoped_release release;
+    found = localization::search(beams, field, from, {radius, angle, step, turn});
+  }
+  return nb::make_tuple(as_tuple(found.pose), found.fit);
+}
+
+nb::tuple as_tuple(const localization::Estimate& e) {
+  return nb::make_tuple(e.pose.x, e.pose.y, e.pose.yaw, e.std, e.std_yaw, e.fit, e.searching, e.lost, e.speed_scale,
+                        e.command_scale);
+}
+
+nb::tuple step(localization::Localizer& localizer, const Ranges& ranges, double speed, double yaw_rate,
+               double steering_angle, double dt, double angle_min, double angle_increment, double time_increment,
+               double range_min, double range_max) {
+  const LaserScan scan{angle_min, angle_increment, time_increment,
+                       range_min, range_max,       {ranges.data(), ranges.shape(0)}};
+  localization::Estimate estimate;
+  {
+    const nb::gil_scoped_release release;
+    estimate = localizer.step(scan, {speed, yaw_rate, steering_angle}, dt);
+  }
+  return as_tuple(estimate);
+}
+
+}  // namespace
+
+void bind_localization(nb::module_& m) {
+  nb::class_<localization::LikelihoodField>(m, "LikelihoodField", "Distance to the nearest wall of a map.")
+      .def(
+          "__init__",
+          [](localization::LikelihoodField* self, const Mask& occupied, double resolution, const nb::tuple& origin) {
+            new (self)
+                localization::LikelihoodField({occupied.data(), occupied.size()}, static_cast<int>(occupied.shape(1)),
+                                              static_cast<int>(occupied.shape(0)), resolution, to_pose(origin));
+          },
+          nb::arg("occupied"), nb::arg("resolution"), nb::arg("origin"),
+          "occupied (rows, columns) uint8, row 0 the lowest; origin (x, y, yaw) of the lower left corner.")
+      .def_static(
+          "of_points",
+          [](const Rows& points, double resolution) { return localization::field_of(to_cloud(points), resolution); },
+          nb::arg("points"), nb::arg("resolution"), "A field round a cloud (N, 4). Raises ValueError for none.")
+      .def("search", &search_field, nb::arg("cloud"), nb::arg("guess"), nb::arg("radius"), nb::arg("angle"),
+           nb::arg("step"), nb::arg("turn"), "Best pose on a raster round the guess, and its share of fitting points.");
+  bind_sections<LocalizerParams>(m, "LocalizerParams", "Every parameter of localization, in sections.");
+  nb::class_<localization::Localizer>(m, "Localizer", "Where the car is on a map, from scans and odometry.")
+      .def(
+          "__init__",
+          [](localization::Localizer* self, const localization::LikelihoodField& field, const sim::Car& car,
+             const LocalizerParams& params,
+             std::uint64_t seed) { new (self) localization::Localizer(field, car.geometry, params, seed); },
+          nb::arg("field"), nb::arg("car"), nb::arg("params"), nb::arg("seed"))
+      .def(
+          "start",
+          [](localization::Localizer& self, double x, double y, double yaw) {
+            self.start({x, y, yaw});
+          },
+          nb::arg("x"), nb::arg("y"), nb::arg("yaw"), "base_link is about here, in the map's frame [m, rad].")
+      .def(
+          "displace",
+          [](localization::Localizer& self, double x, double y, double yaw) {
+            self.displace({x, y, yaw});
+          },
+          nb::arg("x"), nb::arg("y"), nb::arg("yaw"), "Shifts all that it believes, in base_link: a kidnapped car.")
+      .def("step", &step, nb::arg("ranges").noconvert(), nb::arg("speed"), nb::arg("yaw_rate"),
+           nb::arg("steering_angle"), nb::arg("dt"), nb::arg("angle_min"), nb::arg("angle_increment"),
+           nb::arg("time_increment"), nb::arg("range_min"), nb::arg("range_max"),
+           "x, y, yaw, std, std_yaw, fit, searching, lost, speed_scale, command_scale for a float32 scan. Releases the "
+           "GIL.")
+      .def("commanded", &localization::Localizer::commanded, nb::arg("speed"),
+           "The speed command [m/s] that was given after the last step.")
+      .def(
+          "predict",
+          [](const localization::Localizer& self, double x, double y, double yaw, double speed, double yaw_rate,
+             double time) {
+            return as_tuple(localization::predicted({x, y, yaw}, {speed, yaw_rate, 0.0}, self.params().motion, time));
+          },
+          nb::arg("x"), nb::arg("y"), nb::arg("yaw"), nb::arg("speed"), nb::arg("yaw_rate"), nb::arg("time"),
+          "The pose so many seconds later.")
+      .def_prop_ro("particles", &localization::Localizer::particles, "How many there are now.");
+}
+
+}  // namespace firstlap::bindings

@@ -1,0 +1,145 @@
+// Mapping: clouds, matching, occupancy grids.
+#include <cstdint>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/string.h>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "arrays.hpp"
+#include "clouds.hpp"
+#include "firstlap/mapping/cloud.hpp"
+#include "firstlap/mapping/occupancy_grid.hpp"
+#include "firstlap/mapping/params.hpp"
+#include "firstlap/mapping/scan_matcher.hpp"
+#include "firstlap/mapping/scan_motion.hpp"
+#include "firstlap/perception/scan_check.hpp"
+#include "firstlap/sim/car.hpp"
+#include "modules.hpp"
+#include "tables.hpp"
+
+namespace firstlap::bindings {
+namespace {
+
+using mapping::CloudPoint;
+using mapping::MapParams;
+
+nb::tuple make_cloud(mapping::CloudMaker& maker, const Ranges& ranges, double speed, double yaw_rate, double angle_min,
+                     double angle_increment, double time_increment, double range_min, double range_max, double period) {
+  const LaserScan scan{angle_min, angle_increment, time_increment,
+                       range_min, range_max,       {ranges.data(), ranges.shape(0)}};
+  if (!maker.make(scan, {speed, yaw_rate, 0.0}, period)) {
+    throw std::invalid_argument(explain_fault(scan, {}, judge(scan)));
+  }
+  std::vector<double> cloud, points;
+  for (const CloudPoint& p : maker.cloud()) cloud.insert(cloud.end(), {p.x, p.y, p.nx, p.ny});
+  for (const ScanPoint& p : maker.points()) points.insert(points.end(), {p.x, p.y, p.range});
+  return nb::make_tuple(to_numpy(std::move(cloud), 4), to_numpy(std::move(points), 3));
+}
+
+nb::tuple match_cloud(const Rows& rows, const mapping::ReferenceCloud& reference, const nb::tuple& guess,
+                      const nb::tuple& prior, const MapParams& params) {
+  const std::vector<CloudPoint> cloud = to_cloud(rows);
+  const Pose2 from = to_pose(guess), spread = to_pose(prior);
+  mapping::Match found;
+  {
+    const nb::gil_scoped_release release;
+    found = mapping::match(cloud, reference, from, {spread.x, spread.y, spread.yaw}, params.match);
+  }
+  std::vector<double> information(found.information.begin(), found.information.end());
+  return nb::make_tuple(as_tuple(found.pose), found.fit, found.rms, to_numpy(std::move(information), 3));
+}
+
+nb::object add_scan(mapping::ScanMotion& motion, const Ranges& ranges, double time, double angle_min,
+                    double angle_increment, double time_increment, double range_min, double range_max) {
+  const LaserScan scan{angle_min, angle_increment, time_increment,
+                       range_min, range_max,       {ranges.data(), ranges.shape(0)}};
+  std::optional<mapping::ScanStep> step;
+  {
+    const nb::gil_scoped_release release;
+    step = motion.add(scan, time);
+  }
+  if (!step) return nb::none();
+  const Pose2& moved = step->motion;
+  return nb::make_tuple(step->begin, step->end, moved.x, moved.y, moved.yaw, step->fit, step->along);
+}
+
+void draw(mapping::OccupancyGrid& grid, const nb::tuple& pose, const std::pair<double, double>& laser,
+          const Rows& points) {
+  if (points.shape(1) != 3) throw std::invalid_argument("points must be (N, 3): x, y, range");
+  std::vector<ScanPoint> items;
+  items.reserve(points.shape(0));
+  for (std::size_t i = 0; i < points.shape(0); ++i) {
+    const double* row = points.data() + 3 * i;
+    items.push_back({row[0], row[1], row[2], 0});
+  }
+  const Pose2 at = to_pose(pose);
+  const nb::gil_scoped_release release;
+  grid.add(at, {laser.first, laser.second}, items);
+}
+
+Numpy<std::uint8_t, 2> cells_of(const mapping::OccupancyGrid& grid) {
+  std::vector<std::uint8_t> cells;
+  cells.reserve(static_cast<std::size_t>(grid.columns()) * static_cast<std::size_t>(grid.rows()));
+  for (int row = 0; row < grid.rows(); ++row) {
+    for (int column = 0; column < grid.columns(); ++column) {
+      cells.push_back(static_cast<std::uint8_t>(grid.cell(column, row)));
+    }
+  }
+  return to_numpy(std::move(cells), static_cast<std::size_t>(grid.columns()));
+}
+
+}  // namespace
+
+void bind_mapping(nb::module_& m) {
+  bind_sections<MapParams>(m, "MapParams", "Every parameter of mapping, in sections.");
+  nb::class_<mapping::CloudMaker>(m, "CloudMaker", "Scans as evenly spaced clouds with normals, in base_link.")
+      .def(
+          "__init__",
+          [](mapping::CloudMaker* self, const MapParams& params, const sim::Car& car) {
+            new (self) mapping::CloudMaker(params.cloud, car.geometry);
+          },
+          nb::arg("params"), nb::arg("car"))
+      .def("make", &make_cloud, nb::arg("ranges").noconvert(), nb::arg("speed"), nb::arg("yaw_rate"),
+           nb::arg("angle_min"), nb::arg("angle_increment"), nb::arg("time_increment"), nb::arg("range_min"),
+           nb::arg("range_max"), nb::arg("period") = 0.0,
+           "cloud (N, 4) x, y, nx, ny and all points (P, 3) x, y, range. Raises ValueError for a bad header.");
+  nb::class_<mapping::ReferenceCloud>(m, "ReferenceCloud", "Wall points with normals, found by place.")
+      .def(
+          "__init__",
+          [](mapping::ReferenceCloud* self, const Rows& rows) { new (self) mapping::ReferenceCloud(to_cloud(rows)); },
+          nb::arg("points"))
+      .def("__len__", &mapping::ReferenceCloud::size);
+  m.def("match", &match_cloud, nb::arg("cloud"), nb::arg("reference"), nb::arg("guess"), nb::arg("prior"),
+        nb::arg("params"),
+        "Point-to-line matching: pose (x, y, yaw) of the cloud in the reference, share of fitting points, their rms "
+        "[m], and information (3, 3) in the cloud's frame. prior: standard deviations along, across, yaw.");
+  nb::class_<mapping::ScanMotion>(m, "ScanMotion", "How the car moved between scans, from the scans alone.")
+      .def(
+          "__init__",
+          [](mapping::ScanMotion* self, const MapParams& params, const sim::Car& car) {
+            new (self) mapping::ScanMotion(params.cloud, params.match, car.geometry);
+          },
+          nb::arg("params"), nb::arg("car"))
+      .def("add", &add_scan, nb::arg("ranges").noconvert(), nb::arg("time"), nb::arg("angle_min"),
+           nb::arg("angle_increment"), nb::arg("time_increment"), nb::arg("range_min"), nb::arg("range_max"),
+           "begin and end [s], forward, left [m], turn [rad] since the scan that was kept before, share of points "
+           "that fit, and share that tells how far the car went; None until there is something to tell. time: [s] of "
+           "the last beam. Releases the GIL.")
+      .def("forget", &mapping::ScanMotion::forget, "As if no scan had come.");
+  nb::class_<mapping::OccupancyGrid>(m, "OccupancyGrid", "Beams counted in cells; row 0 is the lowest.")
+      .def(
+          "__init__",
+          [](mapping::OccupancyGrid* self, double x, double y, int columns, int rows, const MapParams& params) {
+            new (self) mapping::OccupancyGrid(x, y, columns, rows, params.grid);
+          },
+          nb::arg("x"), nb::arg("y"), nb::arg("columns"), nb::arg("rows"), nb::arg("params"))
+      .def("add", &draw, nb::arg("pose"), nb::arg("laser"), nb::arg("points"),
+           "Draws points (N, 3) x, y, range of base_link seen from its pose; laser: x, y of the laser there.")
+      .def("cells", &cells_of, "(rows, columns) 0 free, 1 occupied, 2 unknown.");
+}
+
+}  // namespace firstlap::bindings
