@@ -470,15 +470,15 @@ class LikelihoodField:
         Best pose on a raster round the guess, and its share of fitting points.
         """
 
-class LocaliserParams:
-    """Every parameter of localisation, in sections."""
+class LocalizerParams:
+    """Every parameter of localization, in sections."""
 
     @overload
     def __init__(self) -> None:
         """Every parameter at its default."""
 
     @overload
-    def __init__(self, other: LocaliserParams) -> None:
+    def __init__(self, other: LocalizerParams) -> None:
         """A copy."""
 
     @staticmethod
@@ -503,10 +503,10 @@ class LocaliserParams:
         Raises ValueError with field, value and range where a value, or a pair of values, is not allowed.
         """
 
-class Localiser:
+class Localizer:
     """Where the car is on a map, from scans and odometry."""
 
-    def __init__(self, field: LikelihoodField, car: Car, params: LocaliserParams, seed: int) -> None: ...
+    def __init__(self, field: LikelihoodField, car: Car, params: LocalizerParams, seed: int) -> None: ...
 
     def start(self, x: float, y: float, yaw: float) -> None:
         """base_link is about here, in the map's frame [m, rad]."""
