@@ -69,13 +69,13 @@ double sharpest(const Buffer<Point2>& keys, double to) {
 // A right angle to the left after 4 m, with a radius of 1.5 m.
 scene::Course corner() { return scene::Course{}.straight(6.0).turn(1.5, 0.5 * std::numbers::pi).straight(6.0); }
 
-TEST(LeastCurvature, a_car_in_the_middle_of_a_straight_goes_straight_on) {
+TEST(MinimumCurvature, a_car_in_the_middle_of_a_straight_goes_straight_on) {
   const auto found = bend(line_of(scene::Course{}.straight(12.0), 1.1, 11.0, 2.0, {2.0, 0.0, 0.0}), bending());
   ASSERT_TRUE(found.bent);
   for (const Point2& p : found.points) EXPECT_NEAR(p.y, 0.0, 1e-9);
 }
 
-TEST(LeastCurvature, the_path_begins_on_the_arc_that_the_car_drives) {
+TEST(MinimumCurvature, the_path_begins_on_the_arc_that_the_car_drives) {
   for (const double curvature : {-0.8, 0.0, 0.4}) {
     const auto params = bending();
     const auto found =
@@ -88,7 +88,7 @@ TEST(LeastCurvature, the_path_begins_on_the_arc_that_the_car_drives) {
   }
 }
 
-TEST(LeastCurvature, it_swings_out_before_a_corner_cuts_it_and_bends_less_than_the_smoothed_line) {
+TEST(MinimumCurvature, it_swings_out_before_a_corner_cuts_it_and_bends_less_than_the_smoothed_line) {
   const scene::Course course = corner();
   const auto line = line_of(course, 1.1, 12.0, 3.0, {2.0, 0.0, 0.0});
   const auto found = bend(line, bending());
@@ -104,7 +104,7 @@ TEST(LeastCurvature, it_swings_out_before_a_corner_cuts_it_and_bends_less_than_t
   EXPECT_LT(sharpest(found.points, 9.0), 0.8 * sharpest(found.smoothed, 9.0));
 }
 
-TEST(LeastCurvature, a_mirrored_track_gives_the_mirrored_path) {
+TEST(MinimumCurvature, a_mirrored_track_gives_the_mirrored_path) {
   const auto left = bend(line_of(corner(), 1.1, 12.0, 2.0, {2.0, 0.2, 0.1}), bending(), 0.2);
   const scene::Course mirror = scene::Course{}.straight(6.0).turn(1.5, -0.5 * std::numbers::pi).straight(6.0);
   const auto right = bend(line_of(mirror, 1.1, 12.0, 2.0, {2.0, -0.2, -0.1}), bending(), -0.2);
@@ -116,7 +116,7 @@ TEST(LeastCurvature, a_mirrored_track_gives_the_mirrored_path) {
 }
 
 // Of all keys but the car's own; random lanes, places and headings.
-TEST(LeastCurvature, no_key_comes_nearer_to_a_wall_than_the_margin) {
+TEST(MinimumCurvature, no_key_comes_nearer_to_a_wall_than_the_margin) {
   const auto seed = scene::seed_or(3);
   scene::RandomInputs random(seed);
   for (int run = 0; run < scene::count_or(300); ++run) {
@@ -136,7 +136,7 @@ TEST(LeastCurvature, no_key_comes_nearer_to_a_wall_than_the_margin) {
   }
 }
 
-TEST(LeastCurvature, a_tight_bend_is_not_cut) {
+TEST(MinimumCurvature, a_tight_bend_is_not_cut) {
   const scene::Course course = scene::Course{}.straight(6.0).turn(1.05, std::numbers::pi).straight(6.0);
   const auto line = line_of(course, 1.1, 14.0, 2.0, {4.0, 0.0, 0.0});
   const auto found = bend(line, bending());
@@ -147,7 +147,7 @@ TEST(LeastCurvature, a_tight_bend_is_not_cut) {
   EXPECT_GT(bend(line, cutting).keys[4].high, 0.0);
 }
 
-TEST(LeastCurvature, towards_the_end_of_sight_the_path_comes_back_to_the_line) {
+TEST(MinimumCurvature, towards_the_end_of_sight_the_path_comes_back_to_the_line) {
   const auto found = bend(line_of(scene::Course{}.straight(14.0), 1.1, 12.0, 2.0, {2.0, 0.0, 0.0}), bending());
   ASSERT_TRUE(found.bent);
   const auto free = [&](std::size_t i) { return found.keys[i].high - found.keys[i].low; };
@@ -156,7 +156,7 @@ TEST(LeastCurvature, towards_the_end_of_sight_the_path_comes_back_to_the_line) {
   for (std::size_t i = 3; i <= last; ++i) EXPECT_LE(free(i), free(i - 1) + 1e-9);
 }
 
-TEST(LeastCurvature, no_passes_and_a_line_too_short_to_choose_change_nothing) {
+TEST(MinimumCurvature, no_passes_and_a_line_too_short_to_choose_change_nothing) {
   const auto whole = line_of(scene::Course{}.straight(12.0), 1.1, 11.0, 2.0, {2.0, 0.3, 0.0});
   const auto brief = line_of(scene::Course{}.straight(12.0), 1.1, 3.5, 2.0, {2.0, 0.3, 0.0});
   for (const auto& [line, params] : {std::pair{whole, MinimumCurvatureParams{}}, std::pair{brief, bending()}}) {
@@ -168,7 +168,7 @@ TEST(LeastCurvature, no_passes_and_a_line_too_short_to_choose_change_nothing) {
 }
 
 // The energy at rest, against that of other paths through the same corner.
-TEST(LeastCurvature, many_passes_find_the_least_sum_of_curvature_squared_times_way) {
+TEST(MinimumCurvature, many_passes_find_the_least_sum_of_curvature_squared_times_way) {
   auto params = bending();
   params.bend_passes = 200;
   auto found = bend(line_of(corner(), 1.1, 12.0, 2.0, {2.0, 0.2, 0.0}), params);
@@ -200,7 +200,7 @@ TEST(LeastCurvature, many_passes_find_the_least_sum_of_curvature_squared_times_w
   }
 }
 
-TEST(LeastCurvature, a_car_drives_corners_and_a_hairpin_by_it) {
+TEST(MinimumCurvature, a_car_drives_corners_and_a_hairpin_by_it) {
   Params params;
   params.minimum_curvature = bending();
   params.trajectory.smoothing_margin = 0.2;
