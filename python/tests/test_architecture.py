@@ -33,6 +33,14 @@ def test_every_module_in_the_diagram_is_a_file_of_its_layer() -> None:
         assert not missing, (layer, missing)
 
 
+def test_the_table_of_packages_has_the_order_that_the_import_linter_checks() -> None:
+    layers = re.search(r"exhaustive = true\nlayers = \[(.*?)\]", (ROOT / "pyproject.toml").read_text(), re.DOTALL)
+    assert layers
+    table = PAGE[PAGE.index("The Python package mirrors") : PAGE.index("## Where to find it")]
+    rows = re.findall(r"^\| `(\w+)` \|", table, re.MULTILINE)
+    assert rows[::-1] == re.findall(r'"(\w+)"', layers.group(1))
+
+
 def test_every_linked_page_and_every_named_path_exists() -> None:
     links = [f"docs/{target}" for target in re.findall(r"\]\(([^):#]+)\)", PAGE)]
     paths = re.findall(r"`((?:cpp|python|docs|examples|setups)/[\w./]*)`", PAGE)
