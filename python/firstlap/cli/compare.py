@@ -107,10 +107,10 @@ def compare(
 def _check_files(plot: Path | None, report: Path | None) -> None:
     """Before the work is done."""
     from firstlap.evaluation.compare.report import REPORTS
-    from firstlap.plots.primitives import PICTURES
+    from firstlap.plots.primitives import PICTURE_SUFFIXES
 
     if plot:
-        check_writable(plot, PICTURES)
+        check_writable(plot, PICTURE_SUFFIXES)
     if report:
         check_writable(report, REPORTS)
 

@@ -60,12 +60,12 @@ def explain(
     plot: Annotated[Path, typer.Option("--plot", metavar="FILE", help="Where the picture goes.")] = Path("explain.png"),
 ) -> int:
     """Draw one step of a driver: what it saw, what it made of it, and why it steers as it does."""
-    from firstlap.explain.local import plot_snapshot
+    from firstlap.explain.pictures import plot_snapshot
     from firstlap.explain.snapshot import explain_race, explain_recording
-    from firstlap.plots.primitives import PICTURES
+    from firstlap.plots.primitives import PICTURE_SUFFIXES
 
     recording_file, index = _recording(what, at, scan, index)
-    check_writable(plot, PICTURES)
+    check_writable(plot, PICTURE_SUFFIXES)
     topics = topics_of(scan_topic, odom_topic, imu_topic, drive_topic, pose_topic, speed, laser)
     if recording_file is None:
         refuse(given(topics, keep_body), "with a track")

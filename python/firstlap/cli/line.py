@@ -38,12 +38,12 @@ def line(
     from firstlap.planning.raceline.line_file import SUFFIXES, write_line
     from firstlap.planning.raceline.params import LINE_FIELDS, LineParams
     from firstlap.planning.raceline.plot import plot_line
-    from firstlap.plots.primitives import PICTURES
+    from firstlap.plots.primitives import PICTURE_SUFFIXES
     from firstlap.tracks.library import load_track
 
     check_writable(output, SUFFIXES)
     if plot:
-        check_writable(plot, PICTURES)
+        check_writable(plot, PICTURE_SUFFIXES)
     values = dict(LINE_FIELDS.parse_assignment(text) for text in changes or [])
     given = {entry.key: value for entry, value in values.items()}
     named = {"mu": mu, "margin": margin}

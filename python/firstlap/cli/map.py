@@ -81,9 +81,9 @@ def map_command(
     check_writable(output, MAP_SUFFIXES)
     check_writable(output.with_suffix(".pgm"), (".pgm",))
     if plot:
-        from firstlap.plots.primitives import PICTURES
+        from firstlap.plots.primitives import PICTURE_SUFFIXES
 
-        check_writable(plot, PICTURES)
+        check_writable(plot, PICTURE_SUFFIXES)
     settings, the_car, chosen = map_settings(changes), chosen_car(car, lidar), chosen_setup(setup, None)
     topics = topics_of(scan_topic, odom_topic, imu_topic, drive_topic, None, speed, laser)
     recording = None

@@ -66,9 +66,9 @@ def race(
 ) -> int:
     """Race one track: laps, lap times, and a picture. Exits 0 when finished, 1 when not."""
     if plot:
-        from firstlap.plots.primitives import PICTURES
+        from firstlap.plots.primitives import PICTURE_SUFFIXES
 
-        check_writable(plot, PICTURES)
+        check_writable(plot, PICTURE_SUFFIXES)
     if record:
         check_writable(record, LOGS)
     chosen = chosen_setup(setup, changes, driver)

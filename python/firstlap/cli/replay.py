@@ -70,13 +70,13 @@ def replay(
     from dataclasses import replace
 
     from firstlap.evaluation.replay.replay import replay as run_replay
-    from firstlap.plots.primitives import PICTURES
+    from firstlap.plots.primitives import PICTURE_SUFFIXES
     from firstlap.recordings.load import load_libraries
 
     load_libraries()
 
     if plot:
-        check_writable(plot, PICTURES)
+        check_writable(plot, PICTURE_SUFFIXES)
     if record:
         check_writable(record, LOGS)
     topics = topics_of(scan_topic, odom_topic, imu_topic, drive_topic, pose_topic, speed, laser)

@@ -59,9 +59,9 @@ def robustness(
     """Race against lost beams, noise, joints, slow scans, latency, wrong speeds, lasers and servos, and sudden
     obstacles: what may go wrong? Exits 0 when nothing was touched, 1 when something was."""
     if plot:
-        from firstlap.plots.primitives import PICTURES
+        from firstlap.plots.primitives import PICTURE_SUFFIXES
 
-        check_writable(plot, PICTURES)
+        check_writable(plot, PICTURE_SUFFIXES)
     chosen = chosen_sweeps(sweeps)
     the_car = chosen_car(car, lidar)
     races = Robustness(chosen_setup(setup, changes), the_car, laps, chosen_options(options, the_car))

@@ -1,7 +1,4 @@
-"""Every driver by its name: its field table, its setup, and how it is made.
-
-A driver that is written in Python has a line in `PYTHON_DRIVERS`.
-"""
+"""What a driver is to those who do not know it: its name, its field table, its setup, and how it is made."""
 
 from __future__ import annotations
 
@@ -118,7 +115,7 @@ class DriverKind:
 
     new_params: all parameters at their defaults. make: the driver, from its parameters (`Params`), the car and what it
     prepared. prepare: called once per track, direction, setup and car, before the races. in_python: steps take the GIL,
-    so that races of it run in processes. picture: "module:function" that draws a `Moment` of it, for explain.
+    so that races of it run in processes.
     """
 
     name: str
@@ -127,7 +124,6 @@ class DriverKind:
     new_params: Callable[[], Params]
     make: Callable[[Any, Car | None, Preparation], Handle]
     default_setup: str
-    picture: str
     needs_map: bool = False
     in_python: bool = False
     prepare: Callable[[Track, Setup, Car, int, ProgressCallback | None], Preparation] = field(default=_prepare_nothing)
@@ -168,70 +164,49 @@ class TableParams:
             self._check(self.values())
 
 
-def _core_kind(name: str, title: str, params: Any, driver: Any, default_setup: str, picture: str) -> DriverKind:
-    return DriverKind(
-        name=name,
-        title=title,
-        fields=FieldTable(params.fields()),
-        new_params=params,
-        make=lambda values, _car, _preparation: CoreHandle(driver(values)),
-        default_setup=default_setup,
-        picture=picture,
-    )
+class Registry(Mapping[str, DriverKind]):
+    """name -> kind, in the order in which they became known.
 
+    package: registers our own drivers when it is imported, which is done before the first look.
+    """
 
-PYTHON_DRIVERS: dict[str, str] = {"global": "firstlap.drivers.global_driver.kind"}
-"""Name -> module with a function `driver_kind()` that gives its DriverKind; imported when it is asked for."""
-
-
-CORE_DRIVERS = (
-    ("local", "the method of the paper", _core.Params, _core.Racer, "sure", "firstlap.explain.local:draw_local"),
-    ("gap", "follow the gap", _core.FollowTheGapParams, _core.FollowTheGap, "gap", "firstlap.explain.gap:draw_gap"),
-    (
-        "disparity",
-        "the disparity extender",
-        _core.DisparityExtenderParams,
-        _core.DisparityExtender,
-        "disparity",
-        "firstlap.explain.disparity:draw_disparity",
-    ),
-    ("pid", "center following", _core.CenterPidParams, _core.CenterPid, "pid", "firstlap.explain.pid:draw_pid"),
-)
-"""Name, title, parameters, class, default setup and picture of the drivers in C++."""
-
-
-class _Registry(Mapping[str, DriverKind]):
-    """name -> kind, in the order in which they are shown."""
-
-    def __init__(self) -> None:
-        self._kinds: dict[str, DriverKind] = {}
-        for name, title, params, driver, setup, picture in CORE_DRIVERS:
-            self.register(_core_kind(name, title, params, driver, setup, picture))
+    def __init__(self, package: str) -> None:
+        self._package = package
+        self._kinds: dict[str, DriverKind | Callable[[], DriverKind]] = {}
 
     def register(self, kind: DriverKind) -> None:
         """Makes a driver known, or known anew."""
         self._kinds[kind.name] = kind
+
+    def register_lazily(self, name: str, load: Callable[[], DriverKind]) -> None:
+        """Makes a driver known by its name; the rest of it is loaded when it is asked for."""
+        self._kinds[name] = load
 
     def forget(self, name: str) -> None:
         """Makes a driver unknown."""
         del self._kinds[name]
 
     def __getitem__(self, name: str) -> DriverKind:
-        if name not in self._kinds and name in PYTHON_DRIVERS:
-            self.register(importlib.import_module(PYTHON_DRIVERS[name]).driver_kind())
-        return self._kinds[name]
+        kind = self._known()[name]
+        if not isinstance(kind, DriverKind):
+            kind = self._kinds[name] = kind()
+        return kind
 
     def __contains__(self, name: object) -> bool:
-        return name in self._kinds or name in PYTHON_DRIVERS
+        return name in self._known()
 
     def __iter__(self) -> Iterator[str]:
-        return iter({**self._kinds, **PYTHON_DRIVERS})
+        return iter(self._known())
 
     def __len__(self) -> int:
-        return len({**self._kinds, **PYTHON_DRIVERS})
+        return len(self._known())
+
+    def _known(self) -> dict[str, DriverKind | Callable[[], DriverKind]]:
+        importlib.import_module(self._package)
+        return self._kinds
 
 
-DRIVERS = _Registry()
+DRIVERS = Registry("firstlap.drivers")
 
 
 def driver_kind(name: object, where: str = "--driver") -> DriverKind:

@@ -12,11 +12,11 @@ from firstlap import _core
 from firstlap.common.data_folder import data_folder
 from firstlap.common.errors import InputError
 from firstlap.common.yaml_text import parse_mapping, read_text
-from firstlap.config.driver_kind import DRIVERS, Params, driver_kind
+from firstlap.config.driver_kind import Params, driver_kind
 from firstlap.config.parameters import FieldTable, Value, Values, says_something
 
 LOCAL = "local"
-SETUP_FIELDS = DRIVERS[LOCAL].fields
+SETUP_FIELDS = FieldTable(_core.Params.fields())
 
 
 @dataclass(frozen=True)

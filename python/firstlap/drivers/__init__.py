@@ -1,5 +1,20 @@
-"""Drivers: scan and state in, command out. `DRIVERS` knows them all."""
+"""Drivers: scan and state in, command out. `DRIVERS` knows them all.
+
+A driver that is written in Python is registered lazily: what it needs is imported when it is asked for.
+"""
 
 from firstlap.config.driver_kind import DRIVERS, DriverKind, Handle, Preparation, driver_kind
+from firstlap.drivers.core_drivers import CORE_DRIVERS
 
 __all__ = ["DRIVERS", "DriverKind", "Handle", "Preparation", "driver_kind"]
+
+
+def _global() -> DriverKind:
+    from firstlap.drivers.global_driver.kind import global_kind
+
+    return global_kind()
+
+
+for _kind in CORE_DRIVERS:
+    DRIVERS.register(_kind)
+DRIVERS.register_lazily("global", _global)

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import importlib
 import math
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,12 +15,11 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon, Rectangle
 
 from firstlap.common.text import signed
-from firstlap.config.driver_kind import driver_kind
 from firstlap.explain.snapshot import StepSnapshot
 from firstlap.perception.scan import laser_of
 from firstlap.plots.colors import BAD, DROPPED, FAINT, GOOD, GRID, INK, LEFT, LINE, PAIR, PAPER, RIGHT, WALL
 from firstlap.plots.colors import PATH as PATH
-from firstlap.plots.primitives import colored_line, new_figure, save, write
+from firstlap.plots.primitives import colored_line, new_figure, write
 
 SCENE = (0.03, 0.075, 0.63, 0.835)
 SIZE = (16.0, 9.2)
@@ -36,12 +33,6 @@ TERMS = (
 )
 
 Points = npt.NDArray[np.float64]
-
-
-def plot_snapshot(snapshot: StepSnapshot, path: str | Path) -> None:
-    """Writes the picture of `snapshot`, in its driver's way. Raises InputError."""
-    module, _, function = driver_kind(snapshot.driver).picture.partition(":")
-    save(getattr(importlib.import_module(module), function)(snapshot), path)
 
 
 def draw_local(snapshot: StepSnapshot) -> Figure:

@@ -18,7 +18,7 @@ from firstlap.common.text import printable
 from firstlap.plots.colors import FAINT, INK, PAPER, ROAD, SPEED_MAP
 from firstlap.tracks.track import Track
 
-PICTURES = (".png", ".svg", ".pdf", ".jpg")
+PICTURE_SUFFIXES = (".png", ".svg", ".pdf", ".jpg")
 
 Points = npt.NDArray[np.float64]
 
@@ -32,7 +32,7 @@ def new_figure(width: float, height: float) -> Figure:
 
 def save(figure: Figure, path: str | Path) -> None:
     """Writes the figure whole or not at all. Raises InputError."""
-    write_whole(check_writable(path, PICTURES), lambda name: figure.savefig(name, dpi=140))
+    write_whole(check_writable(path, PICTURE_SUFFIXES), lambda name: figure.savefig(name, dpi=140))
 
 
 def write(figure: Figure, x: float, y: float, text: str, **options: Any) -> None:

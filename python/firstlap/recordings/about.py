@@ -10,7 +10,7 @@ from typing import Any
 from firstlap import _core
 from firstlap.common.errors import InputError
 from firstlap.common.text import printable
-from firstlap.common.version import __version__ as version
+from firstlap.common.version import __version__
 from firstlap.config.car_file import CAR_FIELDS, Car
 from firstlap.config.driver_kind import driver_kind
 from firstlap.config.parameters import FieldTable, Values
@@ -36,7 +36,7 @@ class About:
     scan_period: float | None = None
     first_dt: float | None = None
     seed: int | None = None
-    version: str = version
+    version: str = __version__
 
     def to_metadata(self) -> dict[str, str]:
         """Texts, as MCAP wants them; numbers with all their digits."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +12,7 @@ import numpy.typing as npt
 
 from firstlap import _core
 from firstlap.common.errors import InputError
+from firstlap.common.version import __version__
 from firstlap.config.car_file import CAR_FIELDS, Car, load_car
 from firstlap.config.driver_kind import (
     CoreHandle,
@@ -148,7 +148,7 @@ class RaceResult:
         """As `firstlap race --json` prints it. The same seed gives the same, compute aside."""
         changed = {f"{section}.{name}": value for (section, name), value in self.setup.changed.items()}
         return {
-            "version": version("firstlap"),
+            "version": __version__,
             "track": self.track.name,
             "track_length": round(self.track.length, 6),
             "direction": self.direction,

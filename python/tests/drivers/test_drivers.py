@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +14,10 @@ import firstlap
 from firstlap import _core
 from firstlap.common.errors import InputError
 from firstlap.config.driver_kind import CoreHandle, TableParams
-from firstlap.config.setup_file import choose_setup, list_setups, load_setup, parse_setup
-from firstlap.drivers import DRIVERS, Preparation, driver_kind
+from firstlap.config.setup_file import Setup, choose_setup, list_setups, load_setup, parse_setup
+from firstlap.drivers import DRIVERS, DriverKind, Preparation, driver_kind
+from firstlap.explain.pictures import PICTURES, plot_snapshot
+from firstlap.explain.snapshot import explain_race
 from firstlap.sim.race import latency_options, start_race
 
 OPPONENTS = ("gap", "disparity", "pid")
@@ -256,11 +259,27 @@ def test_what_a_driver_prepares_is_given_to_its_make(arena):
     assert kind.make(setup.params(), None, prepared).trace["result"][2] == "no_path"
 
 
-def test_a_driver_in_python_is_imported_when_it_is_asked_for(monkeypatch):
-    from firstlap.config import driver_kind as registry
+def test_a_driver_is_loaded_when_it_is_asked_for(arena, tmp_path):
+    asked: list[str] = []
 
-    monkeypatch.setitem(registry.PYTHON_DRIVERS, "planned", "test_compare")
-    monkeypatch.syspath_prepend(str(Path(__file__).parents[1] / "evaluation"))
-    assert "planned" in list(DRIVERS)
-    assert driver_kind("planned").needs_map
-    DRIVERS.forget("planned")
+    def load() -> DriverKind:
+        asked.append("planned")
+        return replace(DRIVERS["gap"], name="planned", default_setup="gap")
+
+    DRIVERS.register_lazily("planned", load)
+    try:
+        assert "planned" in DRIVERS and "planned" in list(DRIVERS)
+        assert asked == []
+        assert driver_kind("planned").name == driver_kind("planned").name == "planned"
+        assert asked == ["planned"]
+        setup, car = Setup("x", driver="planned"), firstlap.load_car("default")
+        snapshot = explain_race(arena, setup, car, 1.0, seed=1, reverse=False)
+        with pytest.raises(InputError, match="driver planned: no picture of a step; drivers with one are local,"):
+            plot_snapshot(snapshot, tmp_path / "x.png")
+    finally:
+        DRIVERS.forget("planned")
+    assert "planned" not in DRIVERS
+
+
+def test_every_driver_has_a_picture_and_the_other_way_round():
+    assert list(DRIVERS) == list(PICTURES)

@@ -255,7 +255,7 @@ def _prepare(track: Any, _setup: Any, _car: Any, _seed: int, look: Any) -> Prepa
 
 
 def driver_kind() -> DriverKind:
-    """As a module of PYTHON_DRIVERS gives it."""
+    """As a driver registers itself."""
     fields = DRIVERS["pid"].fields
     return DriverKind(
         name="planned",
@@ -264,7 +264,6 @@ def driver_kind() -> DriverKind:
         new_params=lambda: TableParams(fields),
         make=lambda _values, _car, prepared: CoreHandle(_core.CallbackDriver(Planned(prepared.given))),
         default_setup="planned",
-        picture="firstlap.explain.pid:draw_pid",
         needs_map=True,
         in_python=True,
         prepare=_prepare,

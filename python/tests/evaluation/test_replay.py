@@ -17,7 +17,7 @@ from firstlap.common.errors import InputError
 from firstlap.evaluation.replay.continuity import Continuity
 from firstlap.evaluation.replay.replay import Replay
 from firstlap.evaluation.replay.replay import replay as run_replay
-from firstlap.explain.local import plot_snapshot
+from firstlap.explain.pictures import plot_snapshot
 from firstlap.explain.snapshot import explain_recording
 from firstlap.perception.scan import Mount
 from firstlap.recordings import Recording, Topics, load_recording

@@ -147,3 +147,8 @@ def test_distances_are_those_of_the_map() -> None:
     (x, y, _), fit = field.search(beams, (0.4, 1.0, 0.0), 0.3, 0.01, 0.05, 0.05)
     assert np.hypot(x + 0.5 - 1.025, y - 1.025) < 0.12, "a step of the raster either way"
     assert fit == pytest.approx(1.0, abs=1e-3)
+
+
+def test_the_command_has_its_old_name_still(cli: Cli) -> None:
+    assert "Usage: firstlap localise" in cli("localise", "--help").out
+    assert "localise" not in cli("--help").out

@@ -28,7 +28,7 @@ def _prepare(track: Track, setup: Setup, car: Car, seed: int, look: ProgressCall
     return prepare(track, setup.params(car.core).parts(), car, seed, look)
 
 
-def driver_kind() -> DriverKind:
+def global_kind() -> DriverKind:
     """For the registry of drivers."""
     return DriverKind(
         name="global",
@@ -37,7 +37,6 @@ def driver_kind() -> DriverKind:
         new_params=GlobalParams,
         make=_make,
         default_setup="global",
-        picture="firstlap.explain.global_map:draw_global",
         needs_map=True,
         in_python=True,
         prepare=_prepare,

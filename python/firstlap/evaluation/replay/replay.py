@@ -9,7 +9,6 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import nullcontext
 from dataclasses import dataclass, field
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +17,7 @@ import numpy.typing as npt
 
 from firstlap import _core
 from firstlap.common.errors import InputError
+from firstlap.common.version import __version__
 from firstlap.config.car_file import Car
 from firstlap.config.driver_kind import Handle, Preparation, driver_kind
 from firstlap.config.setup_file import LOCAL, Setup
@@ -101,7 +101,7 @@ class Replay:
         """As `firstlap replay --json` prints it."""
         recording, driven = self.recording, self.driven
         found: dict[str, Any] = {
-            "version": version("firstlap"),
+            "version": __version__,
             "recording": recording.source,
             "topics": recording.topics,
             "sources": recording.sources,
