@@ -34,7 +34,7 @@ are handled:
 Refused, with the reason: angles in degrees, ranges in millimeters or centimeters, a negative `time_increment`, limits
 that are not numbers, a scan of more than a full turn, a LiDAR that does not face forward. A `time_increment` that
 makes the sweep longer than the scan period is reported and ignored. One function checks scans for all users
-(`cpp/firstlap/scan_check.hpp`); `firstlap preflight` shows its result.
+(`cpp/firstlap/perception/scan_check.hpp`); `firstlap preflight` shows its result.
 
 `--lidar NAME` puts one of the LiDARs below on the simulated car (`race`, `survey`, `compare`, `robustness`,
 `perception`, `explain`, `map`, `sim`); `--lidar FILE` reads the section `lidar` of a YAML file with any field of

@@ -74,10 +74,10 @@ WHY = """## Limits and their causes
   no information; there the last estimate is kept.
 - **The obstacle**: before each command the car checks whether it could still stop if it executed the command until
   the next scan and then braked fully, considering its body, the servo lag, the steering limit and the grip
-  (`last_stop`); if not, it brakes fully now. This is why it avoids contact. It stops instead of passing if less than
-  the car's width plus 5 cm is left, or if the way around needs more than the steering limit from where it stopped: it
-  cannot reverse. After a swerve at the limit it may have lost the direction and drive back (neither passed nor
-  stopped).
+  (`check_stopping`); if not, it brakes fully now. This is why it avoids contact. It stops instead of passing if less
+  than the car's width plus 5 cm is left, or if the way around needs more than the steering limit from where it
+  stopped: it cannot reverse. After a swerve at the limit it may have lost the direction and drive back (neither
+  passed nor stopped).
 - No check can help within less than the shortest stopping distance (impossible, above), nor `race` at exactly one
   stopping distance: its v_min of 2.75 m/s demands grip in tight bends that full braking then lacks.
 """
