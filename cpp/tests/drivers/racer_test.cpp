@@ -147,6 +147,97 @@ TEST(RacerClosedForm, in_a_corridor_wider_than_the_pair_limit_the_line_stays_off
   }
 }
 
+TEST(RacerClosedForm, the_first_scan_tells_the_whole_width_and_later_ones_a_share) {
+  Racer racer{Params{}};
+  settle(racer, Course{}.straight(40).walls(1.4).scan({10, 0, 0}), 1.0);
+  EXPECT_NEAR(racer.trace().width, 1.4, 0.005);
+  settle(racer, Course{}.straight(40).walls(2.0).scan({10, 0, 0}), 1.0);
+  EXPECT_NEAR(racer.trace().width, 1.4 + TrackWidthParams{}.width_gain * (2.0 - 1.4), 0.005);
+}
+
+TEST(RacerClosedForm, pairs_narrower_than_width_min_teach_no_width) {
+  const TrackWidthParams p;
+  for (const double width : {p.width_min - 0.1, p.width_min + 0.1}) {
+    Racer racer{Params{}};
+    ASSERT_EQ(settle(racer, Course{}.straight(40).walls(width).scan({10, 0, 0}), 1.0, 0.0, 5).status, Status::ok);
+    EXPECT_NEAR(racer.trace().width, width < p.width_min ? p.width_initial : width, 0.01) << width;
+  }
+}
+
+TEST(RacerClosedForm, a_track_wider_than_width_max_is_learned_as_width_max) {
+  const TrackWidthParams p;
+  Racer racer{Params{}};
+  const Scan scan = Course{}.straight(40).walls(p.width_max + 2.0).scan({10, 0.5, 0});
+  ASSERT_EQ(settle(racer, scan, 2.0, 0.0, 4).status, Status::ok);
+  EXPECT_NEAR(racer.trace().width, p.width_max, 1e-9);
+  const double middle = 0.5 * (p.width_max + 2.0) - 0.5 - 0.5 * p.width_max;  // seen from the nearer, left wall
+  for (const CenterlinePoint& c : racer.trace().line.points) EXPECT_NEAR(c.y, middle, 0.02) << c.x;
+}
+
+// Between the stages -----------------------------------------------------------------------------------
+
+// Distance of (x, y) to the planned path.
+double path_distance(const Trace& trace, double x, double y) {
+  double best = 1e9;
+  for (const TrajectoryPoint& p : trace.path) best = std::min(best, std::hypot(p.x - x, p.y - y));
+  return best;
+}
+
+TEST(RacerStages, the_path_begins_at_the_car_and_joins_the_centerline) {
+  const Scan scan = Course{}.straight(40).walls(2.0).scan({10, 0.4, 0.0});
+  for (const double speed : {1.0, 4.0}) {
+    Params params;
+    Racer racer{params};
+    ASSERT_EQ(settle(racer, scan, speed, 0.0, 3).status, Status::ok);
+    const Trace& trace = racer.trace();
+    EXPECT_LT(path_distance(trace, 0.0, 0.0), 0.06) << speed;
+    // Over the join distance, or the join time at speed; one meter before its end it is not there yet.
+    const double joined = std::max(params.trajectory.join_distance, params.trajectory.join_time * speed);
+    EXPECT_LT(path_distance(trace, joined + 0.5, -0.4), 0.06) << speed;
+    EXPECT_GT(path_distance(trace, joined - 0.9, -0.4), 0.06) << speed;
+    params.trajectory.join_distance = 0.0;
+    Racer without{params};
+    settle(without, scan, speed, 0.0, 3);
+    EXPECT_GT(path_distance(without.trace(), 0.0, 0.0), 0.35) << "no distance: the centerline itself";
+  }
+}
+
+TEST(RacerStages, the_path_is_the_spline_through_what_opheim_leaves_of_the_smoothed_line) {
+  const Course course = Course{}.straight(4).turn(2.0, 1.5).straight(8);
+  const Params params;
+  Racer racer{params};
+  ASSERT_EQ(settle(racer, course.walls(1.8).scan(course.at(2.5)), 2.0).status, Status::ok);
+  const Trace& trace = racer.trace();
+  Buffer<Point2> keys(max_line_points);
+  simplify_opheim(trace.smoothed, params.trajectory.opheim_min, params.trajectory.opheim_max, keys);
+  ASSERT_LT(2 * keys.size(), trace.smoothed.size()) << "most points of the line say nothing new";
+  ASSERT_EQ(trace.simplified.size(), keys.size());
+  Spline spline(max_line_points);
+  Buffer<TrajectoryPoint> path(max_path_points);
+  sample_path(keys, params.trajectory.sample, params.trajectory.end_hold, spline, path);
+  ASSERT_EQ(trace.path.size(), path.size());
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    EXPECT_EQ(trace.path[i].x, path[i].x);
+    EXPECT_EQ(trace.path[i].y, path[i].y);
+    EXPECT_EQ(trace.path[i].curvature, path[i].curvature);
+  }
+}
+
+TEST(RacerStages, the_steering_change_is_measured_from_the_scan_before) {
+  const Scan scan = Course{}.straight(40).walls(2.0).scan({10, 0, 0});
+  Params params;
+  params.stanley.k_steer = 0.2;
+  Racer racer{params};
+  const double angles[] = {0.0, 0.05, 0.15, 0.15};
+  double before = 0.0;
+  for (const double angle : angles) {
+    ASSERT_EQ(racer.step(scan.view(), {2.0, 0.0, angle}, 0.025).status, Status::ok);
+    EXPECT_NEAR(racer.trace().steering.steering_change, angle - before, 1e-12);
+    EXPECT_NEAR(racer.trace().steering.steering, 0.2 * (angle - before), 1e-12);
+    before = angle;
+  }
+}
+
 // Laws ------------------------------------------------------------------------------------------------
 
 std::vector<std::pair<const char*, Course>> courses() {
@@ -235,6 +326,13 @@ TEST(RacerLaw, the_wheel_moves_at_most_at_its_rate_and_never_beyond_its_limit) {
   }
 }
 
+TEST(RacerLaw, the_commanded_speed_is_never_above_v_max) {
+  const Params params;
+  Racer racer{params};
+  const Scan scan = Course{}.straight(40).walls(2.0).scan({10, 0, 0});
+  EXPECT_EQ(settle(racer, scan, params.velocity_profile.v_max + 2.0).command.speed, params.velocity_profile.v_max);
+}
+
 TEST(RacerLaw, the_commanded_speed_changes_by_at_most_the_two_deltas) {
   const Course course = Course{}.straight(4).turn(1.2, scene::pi).straight(6);
   const scene::Scene scene = course.walls(1.8);
@@ -280,6 +378,19 @@ TEST(RacerMemory, a_car_that_holds_on_bad_scans_brakes_where_it_would_have_brake
     EXPECT_LE(holding, seeing + 1) << blind << " scans blind";
     EXPECT_GE(holding, seeing - 2) << blind << " scans blind";
   }
+}
+
+TEST(RacerMemory, a_wall_that_is_gone_is_forgotten_where_the_scan_sees_past_it) {
+  Racer racer{Params{}};
+  settle(racer, Course{}.straight(30).walls(2.0).scan({10, 0, 0}), 1.0, 0.0, 3);
+  scene::Scene opened;
+  opened.add(scene::right, {{0, -1}, {30, -1}});
+  opened.add(scene::left, {{0, 1}, {12, 1}}).add(scene::left, {{15, 1}, {30, 1}});
+  opened.add(scene::neither, {{5, 2.5}, {25, 2.5}});
+  ASSERT_EQ(settle(racer, opened.scan({10, 0, 0}), 1.0).status, Status::ok);
+  const WallSide& left = racer.trace().walls.left;
+  for (std::size_t i = 0; i < left.size(); ++i)
+    EXPECT_FALSE(left.y[i] < 1.5F && left.x[i] > 2.5F && left.x[i] < 4.5F) << left.x[i] << ' ' << left.age[i];
 }
 
 TEST(RacerMemory, what_is_remembered_moves_on_while_the_state_is_bad) {
@@ -550,6 +661,35 @@ TEST(RacerSafety, towards_a_wall_across_the_track_the_plan_ends_in_a_stop) {
     x += speed * 0.025;
   }
   EXPECT_LT(x, 10.0 - 0.455) << "the front bumper";
+}
+
+// The planned speed at the end of the path, in a corridor of 1.6 m that narrows to `passage` [m] ahead of the car.
+double speed_at_the_end(double passage, const Params& params) {
+  scene::Scene funnel;
+  for (const int side : {scene::right, scene::left})
+    funnel.add(side, {{-5, 0.8 * side}, {1, 0.8 * side}, {4, 0.5 * passage * side}, {6, 0.5 * passage * side}});
+  Racer racer{params};
+  settle(racer, funnel.scan({0, 0, 0}), 2.0);
+  EXPECT_GT(racer.trace().path.size(), 20U);
+  return racer.trace().path.empty() ? -1.0 : racer.trace().path.back().velocity;
+}
+
+TEST(RacerSafety, before_what_is_nearer_to_the_path_than_block_clearance_the_plan_ends_in_a_stop) {
+  Params params;
+  constexpr double passage = 0.5;
+  const double beside = 0.5 * (passage - params.car.width);  // 0.095 m
+  params.velocity_profile.block_clearance = beside - 0.04;
+  EXPECT_GT(speed_at_the_end(passage, params), 0.5);
+  params.velocity_profile.block_clearance = beside + 0.04;
+  EXPECT_EQ(speed_at_the_end(passage, params), 0.0);
+}
+
+TEST(RacerSafety, where_the_line_ends_for_want_of_width_the_plan_ends_in_a_stop) {
+  Params params;
+  params.segmentation.pass_ratio = params.segmentation.pass_min = 0.1;  // any gap is a way through
+  params.velocity_profile.block_clearance = -0.5;                       // and nothing on the path an obstacle
+  EXPECT_EQ(speed_at_the_end(params.car.width - 0.04, params), 0.0);
+  EXPECT_GT(speed_at_the_end(2.0 * params.car.width, params), 0.5);
 }
 
 TEST(RacerSafety, every_status_has_a_name) {

@@ -1,7 +1,9 @@
 #include "firstlap/perception/segmentation.hpp"
 
+#include <cmath>
 #include <functional>
 #include <gtest/gtest.h>
+#include <limits>
 
 #include "support/scene.hpp"
 
@@ -66,6 +68,47 @@ TEST(Segmentation, a_jump_below_the_smallest_threshold_is_none) {
   EXPECT_EQ(s.sections.size(), 1U);
 }
 
+// Half a meter beside the car, a wall is met at 0.07 rad at 7 m: below break_angle, so that only the weighted mean of
+// the distances before tells that it goes on.
+TEST(Segmentation, the_weighted_mean_of_the_distances_before_keeps_a_wall_whole_that_recedes_at_grazing_incidence) {
+  scene::Scene wall;
+  wall.add(scene::right, {{0.0, -0.5}, {7.5, -0.5}});
+  const scene::Scan scan = wall.scan({0.0, 0.0, 0.0});
+  EXPECT_EQ(Segmented(scan).sections.size(), 1U);
+  EXPECT_GT(Segmented(scan).points.back().range, 7.0);
+  SegmentationParams one_mean;
+  one_mean.mean_factor = 1.0;
+  EXPECT_GT(Segmented(scan, 2.0, one_mean).sections.size(), 1U) << "the threshold is in units of the mean";
+  SegmentationParams slow;
+  slow.mean_gain = 0.01;
+  EXPECT_GT(Segmented(scan, 2.0, slow).sections.size(), 1U) << "a mean of long ago tells nothing of here";
+}
+
+TEST(Segmentation, a_distance_above_break_max_is_a_break_whatever_the_mean_says) {
+  scene::Scene wall;
+  wall.add(scene::right, {{0.0, -0.5}, {9.5, -0.5}});
+  const SegmentationParams params;
+  const Segmented s(wall.scan({0.0, 0.0, 0.0}));
+  ASSERT_GT(s.sections.size(), 1U);
+  const auto step = [&](std::size_t i) {
+    return std::hypot(s.points[i + 1].x - s.points[i].x, s.points[i + 1].y - s.points[i].y);
+  };
+  const Section& near = s.sections[0];
+  for (std::size_t i = near.first; i < near.last; ++i) EXPECT_LE(step(i), params.break_max);
+  EXPECT_GT(step(near.last), params.break_max);
+  EXPECT_LT(step(near.last), passable_gap(2.0, params)) << "it is no way through yet";
+}
+
+TEST(Segmentation, more_lost_beams_in_a_row_than_max_beam_gap_are_a_break) {
+  SegmentationParams params;
+  params.merge_distance = 0.0;
+  for (const int lost : {params.max_beam_gap - 1, params.max_beam_gap}) {
+    scene::Scan scan = scan_of([](double angle) { return std::abs(angle) < 0.2 ? 7.0 : nothing; });
+    for (int i = 0; i < lost; ++i) scan.ranges[static_cast<std::size_t>(540 + i)] = 0.0F;
+    EXPECT_EQ(Segmented(scan, 2.0, params).sections.size(), lost < params.max_beam_gap ? 1U : 2U) << lost;
+  }
+}
+
 TEST(Segmentation, neighbours_nearer_than_the_merge_distance_are_one_section) {
   EXPECT_EQ(Segmented(scan_of([](double angle) { return angle < 0.0 ? 2.0 : 2.33; })).sections.size(), 1U);
   EXPECT_EQ(Segmented(scan_of([](double angle) { return angle < 0.0 ? 2.0 : 2.37; })).sections.size(), 2U);
@@ -82,6 +125,23 @@ TEST(Segmentation, too_few_points_a_short_chord_and_a_far_start_are_eliminated) 
   EXPECT_EQ(Segmented(post(0.06, 8.5)).count(SectionStatus::too_far), 1U);
 }
 
+// Beams 1 degree apart: a wall across at 6 m has a point every 0.1 m, so that its chord is long enough.
+TEST(Segmentation, a_section_of_fewer_points_than_needed_is_eliminated_however_long_its_chord) {
+  const auto wall_of = [](int beams) {
+    scene::Scan scan;
+    scan.angle_increment *= 4.0;
+    scan.ranges.assign(271, std::numeric_limits<float>::infinity());
+    for (int i = 0; i < beams; ++i) scan.ranges[static_cast<std::size_t>(133 + i)] = 6.0F;
+    return scan;
+  };
+  const SegmentationParams params;
+  const Segmented few(wall_of(params.min_points - 1));
+  ASSERT_EQ(few.sections.size(), 1U);
+  ASSERT_GT(few.sections[0].length, params.min_chord);
+  EXPECT_EQ(few.sections[0].status, SectionStatus::too_small);
+  EXPECT_EQ(Segmented(wall_of(params.min_points)).sections[0].status, SectionStatus::kept);
+}
+
 TEST(Segmentation, what_shows_through_a_joint_is_seen_through_and_both_neighbours_stay) {
   scene::Scene pipes;
   pipes.add(scene::left, {{0.0, 1.0}, {3.0, 1.0}}).add(scene::left, {{3.5, 1.0}, {7.0, 1.0}});
@@ -94,6 +154,15 @@ TEST(Segmentation, what_shows_through_a_joint_is_seen_through_and_both_neighbour
       EXPECT_NEAR(y, 1.0, 0.01);
     }
   }
+}
+
+TEST(Segmentation, what_stands_before_a_joint_is_not_seen_through) {
+  scene::Scene pipes;
+  pipes.add(scene::left, {{0.0, 1.0}, {3.0, 1.0}}).add(scene::left, {{3.7, 1.0}, {7.0, 1.0}});
+  pipes.add(scene::neither, {{2.75, 0.6}, {3.08, 0.6}});
+  const Segmented s(pipes.scan({2.0, 0.0, 0.0}));
+  EXPECT_EQ(s.count(SectionStatus::seen_through), 0U);
+  EXPECT_EQ(s.count(SectionStatus::kept), 3U);
 }
 
 TEST(Segmentation, what_shows_through_a_gap_wide_enough_to_drive_is_kept) {

@@ -1,5 +1,6 @@
 #include "firstlap/perception/sides.hpp"
 
+#include <cmath>
 #include <gtest/gtest.h>
 
 #include "support/scene.hpp"
@@ -124,6 +125,60 @@ TEST(Sides, votes_come_from_the_previous_path_where_no_wall_was_seen) {
   }
 }
 
+// Three kept sections of two points each, right to left, and so two gaps to choose from.
+struct TwoGaps {
+  struct Gap {
+    Point2 from;
+    Point2 to;
+  };
+
+  TwoGaps(Gap first, Gap second) {
+    add({1.0, -1.0}, first.from);
+    add(first.to, second.from);
+    add(second.to, {1.0, 1.0});
+  }
+  // Of the gap before a section; 0 where it is no candidate.
+  [[nodiscard]] double score(std::size_t split, double width) const {
+    const Buffer<SectionSample> no_past(1);
+    const Candidates found = rank_splits(points, sections, no_past, width, car, {});
+    for (std::size_t i = 0; i < found.count; ++i)
+      if (found.items[i].split == split) return found.items[i].score;
+    return 0.0;
+  }
+  [[nodiscard]] static double depth(const Gap& gap) { return std::max(range(gap.from), range(gap.to)); }
+
+ private:
+  static double range(Point2 p) { return std::hypot(p.x - car.laser_x, p.y); }
+  void add(Point2 from, Point2 to) {
+    sections.push({.first = points.size(), .last = points.size() + 1});
+    for (const Point2 p : {from, to}) points.push({p.x, p.y, range(p), static_cast<int>(points.size())});
+  }
+
+  static constexpr CarGeometry car{};
+  Buffer<ScanPoint> points{8};
+  Buffer<Section> sections{8};
+};
+
+TEST(Sides, a_gap_narrower_than_the_track_has_been_scores_by_its_share_of_it) {
+  const TwoGaps::Gap deep{{6.0, -2.0}, {6.0, -1.0}};  // 1 m wide
+  const TwoGaps::Gap wide{{5.0, 0.0}, {5.0, 1.6}};
+  const TwoGaps gaps(deep, wide);
+  constexpr double width = 2.0;
+  EXPECT_NEAR(gaps.score(2, width), TwoGaps::depth(wide), 1e-9) << "a gap of 0.8 track widths fits";
+  EXPECT_NEAR(gaps.score(1, width), TwoGaps::depth(deep) * 1.0 / (0.7 * width), 1e-9);
+  EXPECT_GT(gaps.score(2, width), gaps.score(1, width)) << "the deeper one is too narrow for this track";
+  EXPECT_GT(gaps.score(1, 1.0), gaps.score(2, 1.0)) << "and on a narrower track it is the way on";
+}
+
+TEST(Sides, a_gap_behind_the_car_counts_half) {
+  const TwoGaps::Gap behind{{-4.0, -2.0}, {-4.0, 0.0}};
+  const TwoGaps::Gap ahead{{3.0, 0.0}, {3.0, 2.0}};
+  const TwoGaps gaps(behind, ahead);
+  EXPECT_NEAR(gaps.score(1, 2.0), 0.5 * TwoGaps::depth(behind), 1e-9);
+  EXPECT_NEAR(gaps.score(2, 2.0), TwoGaps::depth(ahead), 1e-9);
+  EXPECT_GT(gaps.score(2, 2.0), gaps.score(1, 2.0)) << "the way on, not the way back";
+}
+
 TEST(Sides, candidates_are_ranked_best_first) {
   Sides s(scene::Course{}
               .straight(6)
@@ -155,6 +210,20 @@ TEST(Sides, a_narrow_joint_is_bridged_and_a_wide_one_is_open) {
     }
     EXPECT_EQ(inside, joint < 0.9) << joint;
     EXPECT_EQ(open, joint > 0.9) << joint;
+  }
+}
+
+TEST(Sides, a_side_ends_where_its_next_section_is_further_away_than_chain_gap) {
+  for (const double gap : {4.0, 6.0}) {
+    scene::Scene scene;
+    scene.add(scene::right, {{-5.0, -1.0}, {20.0, -1.0}});
+    scene.add(scene::left, {{-5.0, 1.0}, {7.0 - gap, 1.0}}).add(scene::left, {{7.0, 1.0}, {9.5, 1.0}});
+    Sides s(scene.scan({0.0, 0.0, 0.0}));
+    s.choose();
+    double furthest = 0.0;
+    for (std::size_t i = 0; i < s.walls.left.size(); ++i)
+      furthest = std::max(furthest, static_cast<double>(s.walls.left.x[i]));
+    EXPECT_EQ(furthest > 9.0, gap < s.params.chain_gap) << gap;
   }
 }
 

@@ -77,6 +77,27 @@ TEST(Centerline, a_lone_wall_is_moved_by_half_the_remembered_width) {
   }
 }
 
+TEST(Centerline, walls_further_apart_than_width_max_are_no_pair_and_the_nearer_one_counts) {
+  const TrackWidthParams params;
+  for (const double side : {1.0, -1.0}) {
+    const auto between = [&](double apart) {
+      const double far = apart - 1.5;
+      return trace(side > 0.0 ? corridor(-far, 1.5) : corridor(-1.5, far));
+    };
+    const Centerline wide = between(params.width_max + 0.1);
+    ASSERT_GT(wide.points.size(), 40U);
+    for (const CenterlinePoint& p : wide.points) {
+      EXPECT_TRUE(p.wide);
+      EXPECT_EQ(p.support, side > 0.0 ? Support::left : Support::right);
+      EXPECT_NEAR(p.y * side, 1.5 - 0.5 * 2.0, 0.02) << "half the remembered width from the nearer wall";
+    }
+    for (const CenterlinePoint& p : between(params.width_max - 0.1).points) {
+      EXPECT_FALSE(p.wide);
+      EXPECT_NEAR(p.y * side, 1.5 - 0.5 * (params.width_max - 0.1), 0.02) << "still a pair";
+    }
+  }
+}
+
 TEST(Centerline, where_one_wall_ends_the_other_carries_on_with_the_width_that_was_seen) {
   LocalWalls walls;
   push_wall(walls.right, -2.0, -0.75, 10.0, -0.75);
@@ -84,6 +105,21 @@ TEST(Centerline, where_one_wall_ends_the_other_carries_on_with_the_width_that_wa
   const Centerline line = trace(walls, 1.5);
   EXPECT_GT(line.ahead, 8.0);
   for (const CenterlinePoint& p : line.points) EXPECT_NEAR(p.y, 0.0, 0.05) << p.x;
+}
+
+TEST(Centerline, where_one_wall_ends_the_measured_width_carries_on_and_fades_to_the_remembered_one) {
+  constexpr double measured = 1.5;
+  constexpr double remembered = 2.5;
+  constexpr double end = 3.0;
+  LocalWalls walls;
+  push_wall(walls.right, -2.0, -0.5 * measured, 10.0, -0.5 * measured);
+  push_wall(walls.left, -2.0, 0.5 * measured, end, 0.5 * measured);
+  const Centerline line = trace(walls, remembered);
+  ASSERT_GT(line.ahead, 8.0);
+  for (const CenterlinePoint& p : line.points) {
+    const double faded = std::clamp((p.x - end) / TrackWidthParams{}.width_blend, 0.0, 1.0);
+    EXPECT_NEAR(p.width, measured + faded * (remembered - measured), 0.1) << p.x;
+  }
 }
 
 TEST(Centerline, no_wall_is_no_line) {

@@ -168,6 +168,18 @@ TEST(VelocityProfile, with_the_friction_ellipse_no_point_is_faster_than_without)
   });
 }
 
+TEST(VelocityProfile, the_friction_ellipse_leaves_the_root_of_one_minus_the_square_of_what_cornering_takes) {
+  VelocityProfileParams p = free_params();
+  p.friction_ellipse = true;
+  constexpr double speed = 1.5;
+  constexpr double curvature = 0.5;
+  auto path = path_of(120, curvature);
+  plan_velocity(speed, 0, p, path);
+  const double cornering = speed * speed * curvature / p.a_y_max;  // 0.49
+  const double a = p.a_x_max * std::sqrt(1.0 - cornering * cornering);
+  EXPECT_NEAR(path[1].velocity, std::sqrt(speed * speed + 2.0 * 0.1 * a), 1e-9);
+}
+
 TEST(VelocityProfile, at_the_end_of_what_is_seen_it_can_always_be_at_the_horizon_speed) {
   in_random_runs(5, [](scene::RandomInputs& random, const std::string& repeat) {
     auto path = random_path(random);
