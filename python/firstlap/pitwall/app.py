@@ -28,6 +28,8 @@ FASTEST = 30.0
 """Frames shown per second at most."""
 PLOTTED = 8.0
 """Times per second that plots, table and status are written anew."""
+PICTURE = 1.0 / 60.0
+"""[s] between what viewers see and where they see it from: a browser shows new points one picture after a new pose."""
 COUNTED = 2.0
 """[s] over which frames shown per second are counted."""
 LEFT_WIDTH, RIGHT_WIDTH = 380, 360
@@ -173,6 +175,7 @@ class App:
             self._last = frame
             self.scene.show(frame)
             self._plots.add(frame)
+            self._done.wait(PICTURE)
             for viewpoint in tuple(self._viewpoints.values()):
                 viewpoint.show(self.scene.pose)
             self._moments.append(time.monotonic())

@@ -1,8 +1,8 @@
 """Where each viewer looks from, and what each one hides.
 
-To follow the car, nothing is done to a viewer's camera: the viewer gets nodes of its own in place of those that hold
-the map and the car, and these move under the camera. So whoever zooms, pans or tilts meanwhile keeps what he has, and
-no viewer changes what another one sees.
+To follow the car, nothing is done to a viewer's camera: the viewer gets a node of its own in place of the one that
+holds the map and all that is on it, and this moves under the camera. So whoever zooms, pans or tilts meanwhile keeps
+what he has, and no viewer changes what another one sees.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import viser
 
 from firstlap.pitwall.desk import assign
 from firstlap.pitwall.frame import Points, Pose, Scenery
-from firstlap.pitwall.layers import CAR, LAYERS, MAP, Layer
+from firstlap.pitwall.layers import LAYERS, MAP, Layer
 from firstlap.pitwall.shapes import about_z, compose, inverse
 
 FREE, FOLLOW, TURN = "Free", "Follow", "Follow and turn"
@@ -67,7 +67,6 @@ class Viewpoint:
         self._map_at: Pose = ORIGIN
         with client.atomic():
             self._map = client.scene.add_frame(MAP, show_axes=False)
-            self._car = client.scene.add_frame(CAR, show_axes=False)
             self._layers = {
                 layer.node: client.scene.add_frame(layer.node, show_axes=False, visible=layer.shown) for layer in LAYERS
             }
@@ -82,8 +81,8 @@ class Viewpoint:
         with self._lock, self._client.atomic():
             self._pose = pose
             self._map_at = self._map_wanted()
-            _place(self._map, self._map_at)
-            _place(self._car, compose(self._map_at, pose))
+            self._map.position = (self._map_at[0], self._map_at[1], 0.0)
+            self._map.wxyz = about_z(self._map_at[2])
 
     def choose(self, mode: str) -> None:
         """One of `MODES`. The free one keeps the picture; the others begin with the car in its middle."""
@@ -140,11 +139,6 @@ def aspect_of(camera: viser.CameraHandle) -> float:
     if camera.image_width <= 0 or camera.image_height <= 0:
         return 1.0
     return camera.image_width / camera.image_height
-
-
-def _place(frame: viser.FrameHandle, pose: Pose) -> None:
-    frame.position = (pose[0], pose[1], 0.0)
-    frame.wxyz = about_z(pose[2])
 
 
 class ViewControls:

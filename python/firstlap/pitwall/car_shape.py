@@ -29,19 +29,26 @@ class CarShape:
         self._track = 0.5 * (geometry["width"] - WHEEL[1])
         node = BODY.node
         body, outline = _body(geometry)
-        Solid(sheet, f"{node}/chassis", body, rgb(PAPER))
-        Strokes(sheet, f"{node}/outline", rgb(INK), 2.0).show(chain(outline, ROOF + 0.005))
         rear = merged([moved(_wheel(), 0.0, side * self._track) for side in (-1.0, 1.0)])
-        Solid(sheet, f"{node}/rear", rear, rgb(INK))
+        x, y = laser_of(geometry)
+        self._rigid = [
+            Solid(sheet, f"{node}/chassis", body, rgb(PAPER)),
+            Solid(sheet, f"{node}/rear", rear, rgb(INK)),
+            Solid(sheet, f"{node}/laser", moved(disc(0.025, ROOF + 0.01), x, y), rgb(PATH)),
+        ]
+        self._edge = chain(outline, ROOF + 0.005)
+        self._outline = Strokes(sheet, f"{node}/outline", rgb(INK), 2.0)
         self._front = [
             (Solid(sheet, f"{node}/front_{name}", _wheel(), rgb(INK)), side * self._track)
             for name, side in (("left", 1.0), ("right", -1.0))
         ]
-        Solid(sheet, f"{node}/laser", disc(0.025), rgb(PATH)).show(*laser_of(geometry), ROOF + 0.01, 0.0)
         self._arrow = Solid(sheet, f"{node}/command", arrow(ARROW, 0.02, 0.13), rgb(INK), visible=False)
 
     def show(self, steering_angle: float, commanded: float) -> None:
         """Wheel angles [rad]; a NaN is not shown."""
+        for part in self._rigid:
+            part.show()
+        self._outline.show(self._edge)
         angle = steering_angle if math.isfinite(steering_angle) else 0.0
         for wheel, side in self._front:
             wheel.show(self._axle, side, 0.0, angle)

@@ -5,9 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 MAP = "/map"
-"""Holds what is drawn in the map frame."""
-CAR = "/car"
-"""Holds the car, which moves as a whole."""
+"""Holds all that is drawn, in the map frame."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +32,7 @@ CLEANED = Layer(
 PATH = Layer(f"{MAP}/path", "Path", "colored by planned speed")
 BEFORE = Layer(f"{MAP}/before", "Path before", "of the loaded setup over the same scan, where another one is tried")
 AIM = Layer(f"{MAP}/aim", "Aim", "the lookahead point; of other drivers: where they aim, and what is free")
-BODY = Layer(f"{CAR}/body", "Car", "wheels at the measured angle; the arrow is the commanded one")
+BODY = Layer(f"{MAP}/body", "Car", "wheels at the measured angle; the arrow is the commanded one")
 
 KNOWN = Layer(f"{MAP}/known", "Known map", "walls of its map, as driver global believes to see them")
 

@@ -3,8 +3,9 @@
 Everything keeps its name for good, so that a late browser is told of each thing's newest state and of nothing else.
 Lengths of what changes together (a line and its colors) never change: a slow browser may get the two apart.
 
-A browser shows a node's new pose one picture before its new points. So nothing that changes hangs under the car: it is
-drawn on a `Sheet`, where the car stands on the map, and keeps its place between the walls until it is drawn anew.
+A browser shows a node's new pose one picture before its new points, be they of a cloud, a line or a mesh. So nothing
+that changes has a pose: all of it, the car too, is points on a `Sheet`, where the car stands on the map. What is sent
+at once is then seen at once.
 """
 
 from __future__ import annotations
@@ -21,9 +22,7 @@ from firstlap.pitwall.shapes import (
     Faces,
     Mesh,
     Segments,
-    about_z,
     chain,
-    compose,
     fan_faces,
     filled_up,
     raised,
@@ -37,6 +36,13 @@ STEP = 64
 """Clouds grow and shrink by so many points."""
 
 
+def placed(pose: Pose, points: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+    """(..., 3) as of a frame at `pose`, in the frame that the pose is in."""
+    c, s = math.cos(pose[2]), math.sin(pose[2])
+    turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+    return (points @ turn + (pose[0], pose[1], 0.0)).astype(np.float32)
+
+
 class Sheet:
     """Where drawings in base_link lie: at `pose`, which is the origin to begin with."""
 
@@ -46,9 +52,7 @@ class Sheet:
 
     def placed(self, points: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
         """(..., 3) from base_link to the map frame."""
-        c, s = math.cos(self.pose[2]), math.sin(self.pose[2])
-        turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
-        return (points @ turn + (self.pose[0], self.pose[1], 0.0)).astype(np.float32)
+        return placed(self.pose, points)
 
 
 class Cloud:
@@ -121,17 +125,16 @@ class SpeedLine:
 
 
 class Solid:
-    """A mesh that only moves."""
+    """A mesh that keeps its shape."""
 
     def __init__(self, sheet: Sheet, name: str, mesh: Mesh, color: Color, visible: bool = True) -> None:
-        self._sheet = sheet
+        self._sheet, self._vertices = sheet, mesh[0]
         self._handle = _mesh(sheet.api, name, mesh[0], mesh[1], color, None, visible)
 
-    def show(self, x: float, y: float, z: float, yaw: float) -> None:
+    def show(self, x: float = 0.0, y: float = 0.0, z: float = 0.0, yaw: float = 0.0) -> None:
         """There [m], turned by `yaw` [rad]."""
-        x, y, yaw = compose(self._sheet.pose, (x, y, yaw))
-        self._handle.position = (x, y, z)
-        self._handle.wxyz = about_z(yaw)
+        there = placed((x, y, yaw), self._vertices) + np.array([0.0, 0.0, z], np.float32)
+        self._handle.vertices = self._sheet.placed(there)
         self._handle.visible = True
 
     def hide(self) -> None:

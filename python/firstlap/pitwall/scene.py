@@ -11,13 +11,13 @@ import viser
 from firstlap.config.car_file import Car
 from firstlap.pitwall.car_shape import CarShape
 from firstlap.pitwall.frame import Frame, Points, Pose, Scenery
-from firstlap.pitwall.layers import BEFORE, CAR, LAYERS, MAP
+from firstlap.pitwall.layers import BEFORE, LAYERS, MAP
 from firstlap.pitwall.local_shapes import LocalShapes, points_of_path
 from firstlap.pitwall.map_shapes import Ground, LapLines, Walls
 from firstlap.pitwall.opponent_shapes import OpponentShapes
 from firstlap.pitwall.opponents import draw
 from firstlap.pitwall.primitives import Sheet, Strokes
-from firstlap.pitwall.shapes import NOTHING, about_z, chain, column_in
+from firstlap.pitwall.shapes import NOTHING, chain, column_in
 from firstlap.plots.colors import FAINT, rgb
 
 SLOWEST_TOP = 2.0
@@ -34,7 +34,6 @@ class Scene:
         self._geometry = geometry
         self.top = SLOWEST_TOP
         """[m/s] where the colors of planned speeds end: a whole number that grows with what is planned."""
-        self._car = api.add_frame(CAR, show_axes=False)
         api.add_frame(MAP, show_axes=False)
         for layer in LAYERS:
             api.add_frame(layer.node, show_axes=False)
@@ -44,8 +43,8 @@ class Scene:
         self._walls = Walls(still)
         self.surround(scenery)
         self._laps = LapLines(still)
-        self._body = CarShape(still, geometry)
         self._sheet = Sheet(api)
+        self._body = CarShape(self._sheet, geometry)
         self._before = Strokes(self._sheet, f"{BEFORE.node}/path", rgb(FAINT), 3.0)
         self._local = LocalShapes(self._sheet)
         self._others = OpponentShapes(self._sheet, geometry)
@@ -65,8 +64,6 @@ class Scene:
         """This frame instead of the one before."""
         with self._server.atomic():
             self._sheet.pose = frame.pose or (0.0, 0.0, 0.0)
-            self._car.position = (self.pose[0], self.pose[1], 0.0)
-            self._car.wxyz = about_z(self.pose[2])
             self.top = max(self.top, _top_of(frame))
             self._local.show(frame.trace if frame.driver == "local" else {}, self.top)
             self._others.show(frame.driver, frame.trace, self.top)

@@ -29,6 +29,7 @@ from firstlap.pitwall.layers import LAYERS, MIDDLE, RETURNS
 from firstlap.pitwall.map_shapes import best_of
 from firstlap.pitwall.opponents import draw
 from firstlap.pitwall.plots import PLOTS, SECONDS, STEPS, History, Plots, _so_far, drawable, head_of
+from firstlap.pitwall.primitives import placed
 from firstlap.pitwall.scene import Scene, commanded
 from firstlap.pitwall.shapes import compose, inverse
 from firstlap.pitwall.status import scale_of, status_of
@@ -115,12 +116,30 @@ def test_what_the_loaded_setup_would_do_is_drawn_beside_it(scene: Scene, server:
 def test_the_car_stands_at_its_pose_with_its_wheels_turned(scene: Scene, server: Any, frames: dict[str, Frame]) -> None:
     frame = replace(frames["local"], pose=(1.0, 2.0, 0.5), steering_angle=0.3)
     scene.show(frame)
-    car = shown(server, "/car")
-    assert car.position.tolist() == [1.0, 2.0, 0.0]
-    assert 2.0 * math.atan2(car.wxyz[3], car.wxyz[0]) == pytest.approx(0.5)
-    wheel, arrow = shown(server, "/car/body/front_left"), shown(server, "/car/body/command")
-    assert 2.0 * math.atan2(wheel.wxyz[3], wheel.wxyz[0]) == pytest.approx(0.3)
-    assert 2.0 * math.atan2(arrow.wxyz[3], arrow.wxyz[0]) == pytest.approx(frame.trace["result"][1], abs=1e-6)
+    rear, half = -GEOMETRY["rear_overhang"], 0.5 * GEOMETRY["width"]
+    chassis = placed(inverse(frame.pose), shown(server, "/map/body/chassis").vertices)
+    assert chassis.min(axis=0)[:2] == pytest.approx((rear, -half), abs=1e-5)
+    assert chassis.max(axis=0)[:2] == pytest.approx((rear + GEOMETRY["length"], half), abs=1e-5)
+    wheel, arrow = (shown(server, f"/map/body/{name}").vertices for name in ("front_left", "command"))
+    assert heading(wheel[1] - wheel[0]) == pytest.approx(0.5 + 0.3)
+    assert heading(arrow[5] - 0.5 * (arrow[0] + arrow[3])) == pytest.approx(0.5 + frame.trace["result"][1], abs=1e-5)
+
+
+def heading(vector: np.ndarray) -> float:
+    """[rad]"""
+    return math.atan2(vector[1], vector[0])
+
+
+def test_nothing_that_changes_with_the_car_has_a_pose_of_its_own(
+    scene: Scene, server: Any, frames: dict[str, Frame]
+) -> None:
+    """A browser shows new poses one picture before new points."""
+    for name, frame in frames.items():
+        for pose in ((1.0, 2.0, 0.5), (2.0, 1.0, -0.5)):
+            scene.show(replace(frame, pose=pose, steering_angle=pose[2]))
+            for node in nodes(server):
+                handle = server.scene.get_handle_by_name(node)
+                assert (tuple(handle.position), tuple(handle.wxyz)) == ((0, 0, 0), (1, 0, 0, 0)), (name, node)
 
 
 def test_a_car_whose_place_is_not_known_stands_at_the_origin(
@@ -129,7 +148,7 @@ def test_a_car_whose_place_is_not_known_stands_at_the_origin(
     frame = replace(frames["local"], pose=None)
     scene.show(frame)
     assert scene.pose == (0.0, 0.0, 0.0)
-    assert shown(server, "/car").position.tolist() == [0.0, 0.0, 0.0]
+    assert np.abs(shown(server, "/map/body/chassis").vertices).max() < GEOMETRY["length"]
     seen = np.vstack([shown(server, f"/map/returns/{side}").points for side in ("left", "right")])
     assert np.abs(seen[:, :2]).max() <= np.abs(frame.trace["points"]).max() + 1e-5
 
@@ -469,20 +488,15 @@ def test_every_layer_has_a_node_and_a_word_of_explanation(scene: Scene, server: 
     assert all(layer.doc and layer.title for layer in LAYERS)
 
 
-def test_the_lookahead_ring_goes_along_with_the_car(scene: Scene, server: Any, frames: dict[str, Frame]) -> None:
-    """Both only move: a browser shows the two poses of one step in one picture, and new points one picture later."""
+def test_the_lookahead_ring_is_where_the_trace_has_it(scene: Scene, server: Any, frames: dict[str, Frame]) -> None:
     frame = frames["local"]
-    scene.show(frame)
     name = next(node for node in nodes(server) if node.endswith("/lookahead"))
-    ring = shown(server, name)
-    assert ring is not None and frame.pose is not None
     at = frame.trace["lookahead"]
-    assert ring.position[:2] == pytest.approx(compose(frame.pose, (at["x"], at["y"], 0.0))[:2], abs=1e-3)
-    points = ring.vertices.copy()
-    pose = (frame.pose[0] + 1.0, *frame.pose[1:])
-    scene.show(replace(frame, number=frame.number + 1, pose=pose))
-    assert ring.position[0] == pytest.approx(compose(pose, (at["x"], at["y"], 0.0))[0], abs=1e-3)
-    assert np.array_equal(ring.vertices, points)
+    for pose in (frame.pose, (1.0, -2.0, 0.7)):
+        scene.show(replace(frame, pose=pose))
+        ring = shown(server, name).vertices[:64]
+        assert pose is not None
+        assert ring.mean(axis=0)[:2] == pytest.approx(compose(pose, (at["x"], at["y"], 0.0))[:2], abs=1e-3)
     scene.show(replace(frame, trace={}))
     assert shown(server, name) is None
 

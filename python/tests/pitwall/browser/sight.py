@@ -41,6 +41,44 @@ for (const kind of ["pointerup", "keydown"]) addEventListener(kind, () => { wind
 """
 """Counts in the page what reaches it: batches of messages that move the scene, and pictures drawn; and when [ms] a
 person last did something."""
+PLACES = """
+window.places = [];
+window.colors = {};
+let canvas = null;
+for (const name of ["drawElements", "drawArrays", "drawElementsInstanced", "drawArraysInstanced"]) {
+  const plain = WebGL2RenderingContext.prototype[name];
+  WebGL2RenderingContext.prototype[name] = function (...given) {
+    if (this.canvas.isConnected) canvas = this.canvas;
+    return plain.apply(this, given);
+  };
+}
+const copy = document.createElement("canvas").getContext("2d", {willReadFrequently: true});
+const look = (drawn) => {
+  const [width, height] = [copy.canvas.width, copy.canvas.height] = [drawn.width, drawn.height];
+  copy.drawImage(drawn, 0, 0);
+  const {data} = copy.getImageData(0, 0, width, height);
+  const place = {};
+  for (const [name, [r, g, b]] of Object.entries(window.colors)) {
+    let [x, y, count] = [0, 0, 0];
+    for (let i = 0; i < data.length; i += 4) {
+      if (Math.max(Math.abs(data[i] - r), Math.abs(data[i + 1] - g), Math.abs(data[i + 2] - b)) > 40) continue;
+      x += (i / 4) % width;
+      y += Math.floor(i / 4 / width);
+      count += 1;
+    }
+    place[name] = count ? [x / count, y / count, count] : null;
+  }
+  window.places.push(place);
+};
+const later = window.requestAnimationFrame.bind(window);
+window.requestAnimationFrame = (callback) => later((time) => {
+  canvas = null;
+  callback(time);
+  if (canvas && Object.keys(window.colors).length) look(canvas);
+});
+"""
+"""Looks in the page at every picture before it is shown: where in it each of `colors` lies, in the middle [pixels],
+and how many pixels have it."""
 PATIENCE = 90.0
 
 
@@ -48,11 +86,13 @@ class Sight:
     """One page."""
 
     def __init__(
-        self, browser: Browser, address: str, width: int = 1000, height: int = 800, fine: float = 0.15
+        self, browser: Browser, address: str, width: int = 1000, height: int = 800, fine: float = 0.15, script: str = ""
     ) -> None:
         self.context = browser.new_context(viewport={"width": width, "height": height})
         self.page: Page = self.context.new_page()
         self.page.add_init_script(COUNT)
+        if script:
+            self.page.add_init_script(script)
         self.page.set_default_timeout(1000.0 * PATIENCE)
         # Coarse pictures leave the processors of a machine without a graphics card to the race.
         self.page.goto(f"{address}{'&' if '?' in address else '?'}fixedDpr={fine}")
