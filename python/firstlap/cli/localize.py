@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.markup import escape
@@ -12,34 +13,65 @@ from rich.table import Table
 
 from firstlap import _core
 from firstlap.cli.common import (
+    SETUP_HELP,
     CarOption,
     JsonOption,
-    LapsOption,
-    SetupOption,
-    TrackArgument,
+    LidarOption,
+    chosen_car,
     chosen_setup,
     console,
+    note,
     print_json,
     progress_bar,
+    refuse,
 )
+from firstlap.cli.recording import (
+    DriveTopic,
+    ImuTopic,
+    LaserOption,
+    OdomTopic,
+    PoseTopic,
+    ScanTopic,
+    SpeedOption,
+    given,
+    read,
+    scans_bar,
+    topics_of,
+    watched,
+)
+from firstlap.common.errors import InputError
 from firstlap.common.text import UNKNOWN, counted, short_name
 from firstlap.common.version import __version__
-from firstlap.config.car_file import load_car
+from firstlap.config.car_file import Car
+from firstlap.config.setup_file import Setup
+from firstlap.recordings.paths import is_recording
+
+if TYPE_CHECKING:
+    from firstlap.recordings.recording import Recording
+
+SETUP, LAPS = "race", 3
+"""Of a race, where nothing else is asked for."""
 
 
 def localize(
-    track: TrackArgument,
+    what: Annotated[
+        str, typer.Argument(metavar="TRACK|RECORDING", help="A track as of `race`, or with --map a recording.")
+    ],
     known: Annotated[
-        Path | None, typer.Option("--map", metavar="MAP", help="The map to find it on; default: made by a slow lap.")
+        Path | None,
+        typer.Option("--map", metavar="MAP", help="The map to find it on; default for a track: made by a slow lap."),
     ] = None,
-    setup: SetupOption = "race",
+    setup: Annotated[
+        str | None, typer.Option("--setup", metavar="SETUP", help=f"A race: {SETUP_HELP}; default: {SETUP}.")
+    ] = None,
     changes: Annotated[
         list[str] | None,
         typer.Option("--set", metavar="NAME=VALUE", help="Change one parameter of localization; repeatable."),
     ] = None,
-    laps: LapsOption = 3,
+    laps: Annotated[int | None, typer.Option("--laps", min=1, max=100_000, help=f"A race: default: {LAPS}.")] = None,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Of everything random.")] = 1,
     car: CarOption = "default",
+    lidar: LidarOption = None,
     wrong_start: Annotated[
         float, typer.Option("--wrong-start", min=0, max=10, metavar="M", help="Start wrong by this, any direction.")
     ] = 0.0,
@@ -50,16 +82,54 @@ def localize(
         float, typer.Option("--kidnap", min=0, max=10, metavar="M", help="Set the car elsewhere, again and again.")
     ] = 0.0,
     every: Annotated[float, typer.Option("--every", min=0.5, max=1000, metavar="S", help="So often.")] = 3.0,
+    scan_topic: ScanTopic = None,
+    odom_topic: OdomTopic = None,
+    imu_topic: ImuTopic = None,
+    drive_topic: DriveTopic = None,
+    pose_topic: PoseTopic = None,
+    speed: SpeedOption = None,
+    laser: LaserOption = None,
     as_json: JsonOption = False,
 ) -> int:
-    """Measure how well the particle filter follows a racing car. Exits 1 when the race or the filter fails."""
+    """Measure how well the particle filter follows a racing car, or whether it follows a recorded one. Exits 1 when the
+    race or the filter fails."""
+    from firstlap.localization.localizer import localizer_params
+
+    params, the_car = localizer_params(changes), chosen_car(car, lidar)
+    topics = topics_of(scan_topic, odom_topic, imu_topic, drive_topic, pose_topic, speed, laser)
+    if is_recording(what):
+        wrong = {"--wrong-start": wrong_start, "--wrong-heading": wrong_heading, "--kidnap": kidnap}
+        refuse({"--setup": setup, "--laps": laps, "--lidar": lidar}, "with a recording")
+        refuse({name: value or None for name, value in wrong.items()}, "with a recording")
+        if known is None:
+            raise InputError(f"{what}: a recording needs --map MAP, the map of its place; `firstlap map` makes one")
+        return _of_recording(read(Path(what), topics), known, the_car, seed, params, as_json)
+    refuse(given(topics), "with a track")
+    disturbance = (wrong_start, math.radians(wrong_heading), kidnap, every)
+    found = _race(what, known, chosen_setup(setup or SETUP, None), the_car, laps or LAPS, seed, params, disturbance)
+    found |= {"wrong_start": wrong_start, "wrong_heading": wrong_heading, "kidnap": kidnap}
+    if as_json:
+        print_json(found)
+    else:
+        _print(found)
+    return 0 if found["outcome"] == "finished" and not found["lost_at_end"] else 1
+
+
+def _race(
+    track: str,
+    known: Path | None,
+    setup: Setup,
+    car: Car,
+    laps: int,
+    seed: int,
+    params: _core.LocalizerParams,
+    disturbance: tuple[float, float, float, float],
+) -> dict[str, Any]:
     from firstlap.drivers.mapping_drive import map_track
     from firstlap.evaluation.localization import Disturbance, follow
-    from firstlap.localization.localizer import localizer_params
     from firstlap.mapping.occupancy_map import read_map
     from firstlap.tracks.library import load_track
 
-    params, chosen, chosen_car = localizer_params(changes), chosen_setup(setup, None), load_car(car)
     found_map = read_map(known) if known else None
     loaded = load_track(track)
     with progress_bar() as bar:
@@ -69,7 +139,7 @@ def localize(
             bar.update(task, description=what, completed=done, total=total)
 
         if found_map is None:
-            found_map = map_track(loaded, None, chosen_car, seed=seed, look=look).map
+            found_map = map_track(loaded, None, car, seed=seed, look=look).map
 
         def watch(race: _core.Race) -> None:
             look("following", race.laps_done() * race.track_length + race.s, laps * race.track_length)
@@ -77,48 +147,85 @@ def localize(
         followed = follow(
             loaded,
             found_map,
-            chosen,
-            chosen_car,
+            setup,
+            car,
             laps=laps,
             seed=seed,
             params=params,
-            disturbance=Disturbance(wrong_start, math.radians(wrong_heading), kidnap, every),
+            disturbance=Disturbance(*disturbance),
             look=watch,
         )
-    found = {
+    return {
         "version": __version__,
         "track": loaded.name,
         "map": str(known or "made by a slow lap"),
-        "setup": chosen.name,
-        "car": chosen_car.name,
+        "setup": setup.name,
+        "car": car.name,
         "seed": seed,
-        "wrong_start": wrong_start,
-        "wrong_heading": wrong_heading,
-        "kidnap": kidnap,
         **followed.to_dict(),
+    }
+
+
+def _of_recording(
+    recording: Recording, known: Path, car: Car, seed: int, params: _core.LocalizerParams, as_json: bool
+) -> int:
+    from firstlap.evaluation.localization_of_recording import localize_recording, starts_of
+    from firstlap.mapping.contradictions import contradictions
+    from firstlap.mapping.occupancy_map import read_map
+    from firstlap.recordings.laser import car_of
+
+    found_map, mounted = read_map(known), car_of(recording, car)
+    with scans_bar() as bar:
+        look = watched(bar, "following", len(recording) * len(starts_of(recording, found_map)))
+        localized = localize_recording(recording, found_map, mounted, seed=seed, params=params, look=look)
+    found = {
+        "version": __version__,
+        "recording": recording.name,
+        "map": str(known),
+        "car": mounted.name,
+        "seed": seed,
+        **localized.to_dict(),
+        "remarks": [*recording.remarks, *contradictions(recording, mounted)],
     }
     if as_json:
         print_json(found)
     else:
-        _print(found)
-    return 0 if found["outcome"] == "finished" and not found["lost_at_end"] else 1
+        _print_recording(found)
+    return 1 if found["lost_at_end"] else 0
+
+
+def _print_recording(found: dict[str, Any]) -> None:
+    for remark in found["remarks"]:
+        note(remark)
+    scans = f"{counted(found['scans'], 'scan')}, {found['seconds']:.1f} s"
+    out, rows = console(), [("step_us", "µs", 0)]
+    if found["position"]["p50"] is not None:
+        rows = [("position", "m", 3), ("heading", "°", 2), *rows]
+    out.print(_table(f"{short_name(found['recording'])} on {short_name(found['map'])}, {scans}", found, rows))
+    x, y, yaw = found["start"]
+    place = f"{x:.2f}, {y:.2f} m, {math.degrees(yaw):.0f}°"
+    out.print(f"started at {place}; {100 * found['fit']:.0f} % of a scan lies on the map")
+    out.print(f"lost in {100 * found['lost']:.2f} % of {found['scans']} scans; {_after('found', found['found_after'])}")
+    if found["lost_at_end"]:
+        out.print("[bold red]lost at the end[/]: is it the map of this place, and did the car start there?")
+
+
+def _table(title: str, found: dict[str, Any], rows: Sequence[tuple[str, str, int]]) -> Table:
+    table = Table(title=escape(title))
+    for heading in ("", "p50", "p95", "max"):
+        table.add_column(heading, justify="right" if heading else "left")
+    for name, unit, digits in rows:
+        row = found[name]
+        values = [UNKNOWN if row[key] is None else f"{row[key]:.{digits}f} {unit}" for key in ("p50", "p95", "max")]
+        table.add_row("a step" if name == "step_us" else f"{name} off by", *values)
+    return table
 
 
 def _print(found: dict[str, Any]) -> None:
     laps = counted(found["laps"], "lap")
-    table = Table(
-        title=escape(
-            f"{short_name(found['track'])}, setup {found['setup']}, {laps}, {found['mean_speed']:.2f} m/s on average"
-        )
-    )
-    for heading in ("", "p50", "p95", "max"):
-        table.add_column(heading, justify="right" if heading else "left")
-    for name, unit, digits in (("position", "m", 3), ("heading", "°", 2), ("step_us", "µs", 0)):
-        row = found[name]
-        values = [UNKNOWN if row[key] is None else f"{row[key]:.{digits}f} {unit}" for key in ("p50", "p95", "max")]
-        table.add_row("a step" if name == "step_us" else f"{name} off by", *values)
+    title = f"{short_name(found['track'])}, setup {found['setup']}, {laps}, {found['mean_speed']:.2f} m/s on average"
     out = console()
-    out.print(table)
+    out.print(_table(title, found, (("position", "m", 3), ("heading", "°", 2), ("step_us", "µs", 0))))
     if found["outcome"] != "finished":
         out.print(f"[bold red]the race ended in {found['outcome'].replace('_', ' ')}[/]")
     out.print(f"a step took {found['step_us']['p99']:.0f} µs (p99, processor time)")

@@ -86,10 +86,10 @@ class Followed:
             "top_speed": round(float(self.speed.max()), 3),
             "lost": round(float(1.0 - found.mean()), 5) if len(found) else 1.0,
             "lost_at_end": bool(len(found) == 0 or not found[-1]),
-            "position": _percentiles(self.distance[found]),
-            "heading": _percentiles(np.degrees(self.turn[found])),
+            "position": percentiles(self.distance[found]),
+            "heading": percentiles(np.degrees(self.turn[found])),
             "fit": round(float(np.median(self.fit)), 3),
-            "step_us": {**_percentiles(self.took), "p99": round(float(np.percentile(self.took, 99)), 1)},
+            "step_us": {**percentiles(self.took), "p99": round(float(np.percentile(self.took, 99)), 1)},
             "found_after": recoveries[0],
             "kidnapped": len(self.kidnapped),
             "recovered": sum(t is not None for t in recoveries[1:]),
@@ -169,7 +169,8 @@ def _timed_step(localizer: Localizer, race: _core.Race, period: float) -> tuple[
     return estimate, 1e-3 * (time.thread_time_ns() - begin)
 
 
-def _percentiles(values: FloatArray) -> dict[str, float | None]:
+def percentiles(values: FloatArray) -> dict[str, float | None]:
+    """p50, p95 and max; None where there are no values."""
     if len(values) == 0:
         return {"p50": None, "p95": None, "max": None}
     p50, p95 = np.percentile(values, [50, 95])

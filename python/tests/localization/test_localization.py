@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+import firstlap
 from firstlap import _core
 from firstlap.common.errors import InputError
 from firstlap.config.car_file import load_car
 from firstlap.config.setup_file import load_setup
 from firstlap.drivers.mapping_drive import map_track
 from firstlap.evaluation.localization import Disturbance, Followed, follow
+from firstlap.evaluation.localization_of_recording import localize_recording
 from firstlap.localization.localizer import Estimate, Localizer, ScanHeader, localizer_params
 from firstlap.mapping.occupancy_map import OccupancyMap, write_map
+from firstlap.recordings import load_recording
 from firstlap.tracks.library import load_track
 from firstlap.tracks.track import Track
 
@@ -137,6 +141,52 @@ def test_bad_input_is_one_line(cli: Cli, tmp_path: Path, arguments: tuple[str, .
     assert said.code == 2
     assert words in said.err
     assert said.err.count("\n") == 1
+
+
+@pytest.fixture(scope="module")
+def log(track: Track, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Of a lap of race."""
+    path = tmp_path_factory.mktemp("log") / "lap.mcap"
+    firstlap.race(track, "race", laps=1, record=path)
+    return path
+
+
+def test_a_recorded_car_is_followed_from_where_the_map_was_begun(log: Path, known: OccupancyMap) -> None:
+    recorded = load_recording(log)
+    found = localize_recording(recorded, known, load_car("default")).to_dict()
+    assert found["scans"] == len(recorded)
+    assert (found["start"], found["lost_at_end"]) == ([0.0, 0.0, 0.0], False)
+    assert found["lost"] < 0.02
+    assert found["position"]["p50"] is None, "the log's poses are in the track's frame"
+
+
+def test_poses_of_the_map_are_begun_with_and_compared(log: Path, known: OccupancyMap) -> None:
+    recorded, car = load_recording(log), load_car("default")
+    whole = localize_recording(recorded, known, car)
+    placed = replace(recorded, poses=whole.said, frame="map").between(6.0, 12.0)
+    localized = localize_recording(placed, known, car)
+    assert placed.poses is not None
+    assert localized.start == tuple(placed.poses[0])
+    assert localized.to_dict()["position"]["p95"] < 0.1
+    assert localized.to_dict()["lost"] < 0.05
+
+
+def test_localize_takes_a_recording_and_a_map(cli: Cli, tmp_path: Path, log: Path, known: OccupancyMap) -> None:
+    drawn, other = tmp_path / "map.yaml", tmp_path / "oval.yaml"
+    write_map(known, drawn)
+    said = cli("localize", log, "--map", drawn)
+    assert said.code == 0, said.err
+    assert "lap on map" in said.out
+    assert "lost in" in said.out
+    missing = f"{log}: a recording needs --map MAP, the map of its place; `firstlap map` makes one"
+    assert cli("localize", log).err == f"error: {missing}\n"
+    assert (
+        cli("localize", log, "--map", drawn, "--kidnap", 1).err == "error: --kidnap: has no meaning with a recording\n"
+    )
+    assert cli("localize", "oval", "--laser", "0,0,0").err == "error: --laser: has no meaning with a track\n"
+    write_map(map_track(load_track("oval")).map, other)
+    lost = cli("localize", log, "--map", other, "--json")
+    assert (lost.code, lost.json["lost_at_end"]) == (1, True)
 
 
 def test_distances_are_those_of_the_map() -> None:
