@@ -34,12 +34,8 @@ void StepLog::add(const StepResult& result, const Trace* trace, double microseco
   status_.push_back(static_cast<std::uint8_t>(result.status));
   microseconds_.push_back(microseconds);
   if (trace == nullptr) return;
-  // After bad data the walls of the last good scan would still be there.
-  const bool looked = result.status != Status::bad_scan && result.status != Status::bad_state;
-  static const LocalWalls nothing;
-  const LocalWalls& walls = looked ? trace->walls : nothing;
-  add_side(walls.left, left_, left_seen_);
-  add_side(walls.right, right_, right_seen_);
+  add_side(trace->walls.left, left_, left_seen_);
+  add_side(trace->walls.right, right_, right_seen_);
   add_line(trace->line);
   add_path(*trace);
   width_.push_back(trace->width);

@@ -34,6 +34,9 @@ struct CarGeometry {
   }
 };
 
+// [m] from the front axle to the front bumper.
+inline double nose(const CarGeometry& car) noexcept { return car.length - car.rear_overhang - car.wheelbase; }
+
 // The rectangle that the body covers, in base_link, or one that is `margin` [m] larger on every side.
 struct Footprint {
   explicit Footprint(const CarGeometry& car, double margin = 0.0) noexcept

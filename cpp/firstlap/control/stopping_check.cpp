@@ -98,30 +98,30 @@ double within_grip(double angle, double speed, const CarGeometry& car, const Vel
   return std::clamp(angle, -limit, limit);
 }
 
-StoppingCheck check_stopping(const Buffer<TrajectoryPoint>& path, std::size_t nearest, const LocalWalls& walls,
-                             const VehicleState& state, double command, double delay, StopSteering how,
-                             const CarGeometry& car, const VelocityProfileParams& params) noexcept {
+StoppingCheck check_stopping(const StopScene& scene, const Stop& stop, const CarGeometry& car,
+                             const VelocityProfileParams& params) noexcept {
   const Body body(car);
   StoppingCheck found;
-  Rollout rollout{.speed = std::max(creeping, state.speed), .wheels = state.steering_angle};
-  double room = body.clearance(rollout.pose, walls);
+  Rollout rollout{.speed = std::max(creeping, scene.state.speed), .wheels = scene.state.steering_angle};
+  double room = body.clearance(rollout.pose, scene.walls);
   const double needed = std::min(params.stop_clearance, room - 0.002);
   double checked = 0.0;  // [m] of the way, there with `room` around it
   bool braked = false;
+  std::size_t at = scene.nearest;
   for (std::size_t k = 0; k < most_steps && rollout.speed > standing; ++k) {
     const double time = static_cast<double>(k) * step;
-    const bool brakes = time >= delay;
-    double wanted = brakes || time < dead_time ? rollout.wheels : command;
+    const bool brakes = time >= stop.delay;
+    double wanted = brakes || time < dead_time ? rollout.wheels : stop.command;
     // Beyond the end of the path nobody knows better than to hold the wheels.
-    if (brakes && how == StopSteering::to_path && nearest + 1 < path.size())
-      wanted = wheels_to_path(path, nearest, rollout.pose, rollout.speed, car, params);
-    if (brakes && how == StopSteering::straight) wanted = 0.0;
+    if (brakes && stop.how == StopSteering::to_path && at + 1 < scene.path.size())
+      wanted = wheels_to_path(scene.path, at, rollout.pose, rollout.speed, car, params);
+    if (brakes && stop.how == StopSteering::straight) wanted = 0.0;
     if (brakes && !braked) found.wheels = wanted;
     braked = brakes;
     rollout.advance(wanted, brakes, car, params);
     // Until it has come as far as there was room, nothing can be touched.
     if ((rollout.driven - checked) * rollout.swing(car) < room - needed) continue;
-    room = body.clearance(rollout.pose, walls);
+    room = body.clearance(rollout.pose, scene.walls);
     checked = rollout.driven;
     found.clearance = std::min(found.clearance, room);
     if (room >= needed) continue;
@@ -130,6 +130,24 @@ StoppingCheck check_stopping(const Buffer<TrajectoryPoint>& path, std::size_t ne
     return found;
   }
   return found;
+}
+
+StopDecision decide_stop(const StopScene& scene, double wanted, double dt, bool braking, const CarGeometry& car,
+                         const VelocityProfileParams& params) noexcept {
+  constexpr double reaction = 0.05;  // [s] from command to wheels and brakes
+  VelocityProfileParams reserved = params;
+  if (braking) reserved.a_brake *= 0.8;
+  const auto check = [&](StopSteering how, double delay) {
+    return check_stopping(scene, {wanted, delay, how}, car, reserved);
+  };
+  if (check(StopSteering::to_path, dt + reaction).clear) return {false, wanted};
+  StoppingCheck best = check(StopSteering::to_path, reaction);
+  for (const StopSteering how : {StopSteering::kept, StopSteering::straight}) {
+    if (best.clear) break;
+    const StoppingCheck other = check(how, reaction);
+    if (other.clear || other.distance > best.distance) best = other;
+  }
+  return {true, best.wheels};
 }
 
 }  // namespace firstlap

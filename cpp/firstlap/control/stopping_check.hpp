@@ -18,14 +18,37 @@ struct StoppingCheck {
   double wheels = 0.0;     // [rad] the angle to command when the braking begins
 };
 
-// How the wheels are held on the way to the stop.
+// Where a stop begins.
+struct StopScene {
+  const Buffer<TrajectoryPoint>& path;  // in base_link
+  std::size_t nearest;                  // its point next to the front axle
+  const LocalWalls& walls;              // what was seen
+  const VehicleState& state;            // measured
+};
+
+// How the wheels are held on the way to the stop: along the path, or as told here.
 enum class StopSteering { to_path, kept, straight };
 
-// The stop from the measured `state`: until `delay` [s] the wheels go where `command` [rad] tells them, then the brakes
-// bite; along `path` (in base_link, its point `nearest` next to the front axle) or with the wheels held.
-StoppingCheck check_stopping(const Buffer<TrajectoryPoint>& path, std::size_t nearest, const LocalWalls& walls,
-                             const VehicleState& state, double command, double delay, StopSteering how,
-                             const CarGeometry& car, const VelocityProfileParams& params) noexcept;
+// Until `delay` [s] the wheels go where `command` [rad] tells them, then the brakes bite.
+struct Stop {
+  double command = 0.0;
+  double delay = 0.0;
+  StopSteering how = StopSteering::to_path;
+};
+
+StoppingCheck check_stopping(const StopScene& scene, const Stop& stop, const CarGeometry& car,
+                             const VelocityProfileParams& params) noexcept;
+
+struct StopDecision {
+  bool brake = false;           // fully, now
+  double steering_angle = 0.0;  // [rad] with it, or as wanted
+};
+
+// Brakes where a car that did as it is told (`wanted` [rad]) for another `dt` [s], until the next scan, could no longer
+// stop without touching anything; then with the wheels such that it gets furthest. A car that is `braking` goes on
+// until there is some room again.
+StopDecision decide_stop(const StopScene& scene, double wanted, double dt, bool braking, const CarGeometry& car,
+                         const VelocityProfileParams& params) noexcept;
 
 // The wheel angle nearest to `angle` [rad] that asks a braking car at `speed` [m/s] for no more grip than there is.
 double within_grip(double angle, double speed, const CarGeometry& car, const VelocityProfileParams& params) noexcept;

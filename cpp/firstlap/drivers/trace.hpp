@@ -1,4 +1,4 @@
-// Every intermediate result of one step, read-only: what pictures, logs, live views and tests look at.
+// The results of every stage of one step: what pictures, logs, live views and tests look at, and nothing else does.
 #pragma once
 
 #include "firstlap/control/stanley.hpp"
@@ -38,6 +38,9 @@ struct Trace {
   double speed_scale = 1.0;       // true speed per measured, as taken
   double command_scale = 1.0;     // true speed per commanded, as taken
   StepResult result{};
+
+  // Nothing was seen or planned yet.
+  void clear() noexcept;
 };
 
 }  // namespace firstlap

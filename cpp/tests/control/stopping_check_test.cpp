@@ -27,10 +27,11 @@ LocalWalls corridor(double face, double from = -0.2, double to = 0.2) {
 StoppingCheck stop(const LocalWalls& walls, double speed, double wheels = 0.0,
                    StopSteering how = StopSteering::to_path) {
   const CarGeometry car;
-  return check_stopping(straight_path(9.0), 8, walls, {speed, 0.0, wheels}, wheels, 0.075, how, car, {});
+  const VehicleState state{speed, 0.0, wheels};
+  return check_stopping({straight_path(9.0), 8, walls, state}, {wheels, 0.075, how}, car, {});
 }
 
-constexpr double nose = 0.455;
+constexpr double nose_x = 0.455;
 
 TEST(StoppingCheck, in_an_empty_corridor_nothing_is_touched_and_the_clearance_is_that_of_the_sides) {
   const StoppingCheck found = stop(corridor(30.0), 4.0);
@@ -42,8 +43,8 @@ TEST(StoppingCheck, a_face_beyond_the_stopping_distance_is_no_matter_and_one_wit
   const VelocityProfileParams params;
   for (const double speed : {1.5, 2.5, 4.0, 5.0}) {
     const double shortest = 0.075 * speed + speed * speed / (2.0 * params.a_brake);
-    EXPECT_TRUE(stop(corridor(nose + shortest + 0.35), speed).clear) << speed;
-    const StoppingCheck found = stop(corridor(nose + shortest - 0.05), speed);
+    EXPECT_TRUE(stop(corridor(nose_x + shortest + 0.35), speed).clear) << speed;
+    const StoppingCheck found = stop(corridor(nose_x + shortest - 0.05), speed);
     EXPECT_FALSE(found.clear) << speed;
     EXPECT_LE(found.distance, shortest) << speed;
   }
@@ -52,12 +53,13 @@ TEST(StoppingCheck, a_face_beyond_the_stopping_distance_is_no_matter_and_one_wit
 TEST(StoppingCheck, more_braking_is_never_worse) {
   const CarGeometry car;
   const auto path = straight_path(9.0);
+  const LocalWalls walls = corridor(2.5);
+  const VehicleState state{3.0, 0.0, 0.0};
   bool was_clear = false;
   for (double brake = 1.0; brake < 15.0; brake += 0.5) {
     VelocityProfileParams params;
     params.a_brake = brake;
-    const bool clear =
-        check_stopping(path, 8, corridor(2.5), {3.0, 0.0, 0.0}, 0.0, 0.075, StopSteering::to_path, car, params).clear;
+    const bool clear = check_stopping({path, 8, walls, state}, {.delay = 0.075}, car, params).clear;
     EXPECT_TRUE(clear || !was_clear) << brake;
     was_clear = clear;
   }
@@ -65,8 +67,8 @@ TEST(StoppingCheck, more_braking_is_never_worse) {
 }
 
 TEST(StoppingCheck, a_car_that_stands_nose_to_nose_with_something_may_not_begin) {
-  EXPECT_FALSE(stop(corridor(nose + 0.05), 0.0).clear);
-  EXPECT_TRUE(stop(corridor(nose + 0.5), 0.0).clear);
+  EXPECT_FALSE(stop(corridor(nose_x + 0.05), 0.0).clear);
+  EXPECT_TRUE(stop(corridor(nose_x + 0.5), 0.0).clear);
 }
 
 TEST(StoppingCheck, driving_along_something_near_is_allowed_coming_nearer_is_not) {

@@ -39,7 +39,7 @@ class Frame:
 
     number: counts the steps of its source; a new one is a new picture. time: [s] of the source's clock. pose: None
     where the car's place is not known: then everything is shown around the car. speed, yaw_rate, steering_angle:
-    measured. trace: of the driver, in base_link (cpp/firstlap/trace.hpp);
+    measured. trace: of the driver, in base_link (cpp/firstlap/drivers/trace.hpp);
     empty before its first step. step_us: the step's own time. way, offset:
     [m] along and left of the centerline, where known. clearance: [m] smallest so far in this lap, where known.
     began: [s] of the source's clock at which the running lap began, where the source knows it.

@@ -1,4 +1,4 @@
-"""What the method saw and made of it, from its trace (cpp/firstlap/trace.hpp)."""
+"""What the method saw and made of it, from its trace (cpp/firstlap/drivers/trace.hpp)."""
 
 from __future__ import annotations
 

@@ -7,6 +7,7 @@ person calls ~/resume.
 from __future__ import annotations
 
 import time
+from collections.abc import Iterable
 from typing import Any
 
 from ackermann_msgs.msg import AckermannDriveStamped
@@ -77,7 +78,6 @@ class DriveNode(LifecycleNode):
         self.mount: Mount | None = None
         self.mount_frame: str | None = None
         self.remarked: set[str] = set()
-        self.steering = 0.0
         self.refusal = ""
         self.emergency = EmergencyStop(
             KeptStop(self.get_fully_qualified_name(), self.context.get_domain_id()), self.trip
@@ -430,44 +430,53 @@ class DriveNode(LifecycleNode):
         """Why the laser's place is not known."""
         return "" if self.mount else self.watchdog.rejected.get("scan", "no scan yet")
 
-    def _frame_reason(self, frame: str) -> str:
-        """Finds where the laser of these scans sits. Why it cannot."""
+    def _mount_in(self, frame: str) -> tuple[Mount | None, str]:
+        """Where the laser of scans in this frame sits, or why that is not known. Raises InputError, ValueError."""
         if self.mount and frame == self.mount_frame:
-            return ""
+            return self.mount, ""
         base = value_of(self, "base_frame")
+        if value_of(self, "laser_from_tf"):
+            place = self.frames.find(base, frame)
+            if place is None:
+                return None, f"no transform from {base} to {frame or 'its empty frame'}"
+            return mount_of(place), ""
+        if self.mount_frame is not None and frame != self.mount_frame:
+            return None, f"frame {frame} where it was {self.mount_frame}"
+        return Mount(*self.driving.laser_given, float(value_of(self, "laser_yaw")), False), ""
+
+    def _set_mount(self, frame: str) -> str:
+        """From now on the laser sits where scans in this frame say. Why it cannot; empty when it does."""
         try:
-            if value_of(self, "laser_from_tf"):
-                place = self.frames.find(base, frame)
-                if place is None:
-                    return f"no transform from {base} to {frame or 'its empty frame'}"
-                mount = mount_of(place)
-            elif self.mount_frame is not None and frame != self.mount_frame:
-                return f"frame {frame} where it was {self.mount_frame}"
-            else:
-                mount = Mount(*self.driving.laser_given, float(value_of(self, "laser_yaw")), False)
-            self.driving.mount(mount)
+            mount, reason = self._mount_in(frame)
+            if mount and frame != self.mount_frame:
+                self.driving.mount(mount)
         except (ValueError, InputError) as error:
             return str(error)
-        self.mount, self.mount_frame = mount, frame
-        return ""
+        if mount:
+            self.mount, self.mount_frame = mount, frame
+        return reason
 
-    def _judged(self, message: Any) -> tuple[Scan | None, str]:
+    def _read(self, message: Any, mount: Mount) -> tuple[Scan | None, str]:
         """The scan as the driver takes it; and why it must not be used, empty when it may."""
-        reason = self._frame_reason(message.header.frame_id)
-        if reason or self.mount is None:
-            return None, reason
-        scan, found = judged(message, self.mount, self.periods["scan"].seconds)
-        for remark in found.remarks:
+        scan, found = judged(message, mount, self.periods["scan"].seconds)
+        self._remark(found.remarks)
+        return scan, found.reason
+
+    def _remark(self, remarks: Iterable[str]) -> None:
+        """Each kind once: it is the same of every scan, but for its numbers."""
+        for remark in remarks:
             about = remark.partition(" ")[0]
-            if about not in self.remarked:  # once: it is the same of every scan, but for its numbers
+            if about not in self.remarked:
                 self.remarked.add(about)
                 self.get_logger().warning(remark)
-        return scan, found.reason
 
     def on_scan(self, message: Any) -> None:
         """The loop: one scan in, one command out."""
         began = time.perf_counter()
-        scan, reason = self._judged(message)
+        reason = self._set_mount(message.header.frame_id)
+        scan: Scan | None = None
+        if self.mount and not reason:
+            scan, reason = self._read(message, self.mount)
         period = self.periods["scan"].seconds
         sweep = sweep_of(message, period)
         if not self._take("scan", message, reason, max(sweep, period)):
@@ -478,7 +487,7 @@ class DriveNode(LifecycleNode):
             self.watch.hear_scan(scan, self._when(message) + sweep, self.mount)
         if not (self.active and self.may_drive() and scan):
             return
-        speed, yaw_rate, steering_angle = self.state.at(self.steering)
+        speed, yaw_rate, steering_angle = self.state.now()
         before = time.perf_counter()
         command = self.driving.step(scan, speed, yaw_rate, steering_angle, min(dt, LONGEST_STEP) or FIRST_STEP)
         spent = time.perf_counter() - before
@@ -502,14 +511,13 @@ class DriveNode(LifecycleNode):
         else:
             message.header.stamp = stamp
         message.drive.speed, message.drive.steering_angle = speed, steering_angle
-        self.steering = steering_angle
         self.state.hear_command(steering_angle)
         self.watch.hear_command(self.now(), speed)
         self.drive.publish(message)
 
     def publish_stop(self) -> None:
         """Speed 0 with the wheels as they are: turning them now would leave the path."""
-        self.publish_drive(0.0, self.steering)
+        self.publish_drive(0.0, self.state.commanded)
 
 
 def _for_want_of_a_hand(reason: str) -> bool:

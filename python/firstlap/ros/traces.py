@@ -36,7 +36,7 @@ class Traces:
         if self._wanted():
             node = self._node
             why = (node.watchdog.tripped or "not armed") if node.active else "the node is not active"
-            self._send(self._told(node.state.at(node.steering), node.now(), 0.0, why, (0.0, node.steering)), {})
+            self._send(self._told(node.state.now(), node.now(), 0.0, why, (0.0, node.state.commanded)), {})
 
     def _wanted(self) -> bool:
         now, rate = time.monotonic(), value_of(self._node, "trace_rate")

@@ -17,6 +17,8 @@ ABSURD_SPEED = 50.0
 class StateSource:
     """The newest of every source, or with `fuse_state` what the core's estimate makes of them.
 
+    commanded: [rad] the steering angle that was commanded last.
+
     Every `*_reason` says why a message must not be used; empty when it may.
     """
 
@@ -25,7 +27,7 @@ class StateSource:
         self.speed = self.yaw_rate = 0.0
         self.steering: float | None = None
         self._imu = bool(value_of(node, "imu_topic"))
-        self._commanded = 0.0
+        self.commanded = 0.0
         self._time: float | None = None
         self._estimate: _core.StateEstimate | None = None
         self.set_estimate()
@@ -42,7 +44,7 @@ class StateSource:
         """To the time of a measurement; one that is older than the last counts as now."""
         if self._estimate:
             if self._time is not None and time > self._time:
-                self._estimate.predict(self._commanded, time - self._time)
+                self._estimate.predict(self.commanded, time - self._time)
             self._time = max(time, self._time or time)
 
     def odometry_reason(self, twist: Any) -> str:
@@ -96,10 +98,10 @@ class StateSource:
 
     def hear_command(self, steering_angle: float) -> None:
         """What the servo was told."""
-        self._commanded = steering_angle
+        self.commanded = steering_angle
 
-    def at(self, commanded: float) -> tuple[float, float, float]:
+    def now(self) -> tuple[float, float, float]:
         """Speed [m/s], yaw rate [rad/s], wheel angle [rad]; without a measured angle, the one last commanded."""
         if self._estimate:
             return self._estimate.state()
-        return self.speed, self.yaw_rate, commanded if self.steering is None else self.steering
+        return self.speed, self.yaw_rate, self.commanded if self.steering is None else self.steering

@@ -1,0 +1,186 @@
+#include "firstlap/drivers/racer_stages.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "firstlap/common/car_geometry.hpp"
+#include "firstlap/common/geometry.hpp"
+#include "firstlap/control/stopping_check.hpp"
+#include "firstlap/perception/scan_check.hpp"
+#include "firstlap/perception/wall_memory.hpp"
+#include "firstlap/planning/passing.hpp"
+#include "firstlap/planning/path_clearance.hpp"
+#include "firstlap/planning/velocity_profile.hpp"
+
+namespace firstlap {
+namespace {
+
+constexpr std::size_t fewest_points = 4;  // of a line or a path, and this many less 2 ahead of the car
+
+// True where the line passes the car against its heading.
+bool leads_back(const Centerline& line) noexcept {
+  constexpr double clearly = -0.3;  // cosine of the angle
+  if (line.points.size() < 2) return false;
+  const std::size_t i = std::clamp<std::size_t>(line.nearest, 1, line.points.size() - 1);
+  const double dx = line.points[i].x - line.points[i - 1].x;
+  const double dy = line.points[i].y - line.points[i - 1].y;
+  return dx < clearly * norm(dx, dy);
+}
+
+// [1/m] of the arc that the car drives; standing, it has none.
+double curvature_driven(const VehicleState& state) noexcept {
+  constexpr double slowest = 0.5;  // [m/s]
+  constexpr double tightest = 1.5;
+  return std::clamp(state.yaw_rate / std::max(state.speed, slowest), -tightest, tightest);
+}
+
+// Walls and centerline for one split, as a candidate.
+void build_line(std::size_t split, const RacerMemory& memory, const Params& params, RacerWorkspace& work) noexcept {
+  const Trace& seen = work.step;
+  const SegmentationParams& p = params.segmentation;
+  const double width = width_of(memory, params.track_width);
+  split_into_sides(seen.points, seen.sections, seen.samples, split, params.car, params.centerline.spacing,
+                   passable_gap(width, p), p.chain_gap, work.walls);
+  carry_over_occluded(memory.walls, work.table, work.ranges, params.car, params.centerline.memory_time, work.walls);
+  trace_centerline(work.walls, memory.trail, width, params.car, params.track_width, params.centerline, work.line);
+}
+
+// What a split is worth against the best-ranked one: by its own score, and by the line that it gives.
+double split_value(const SplitCandidate& candidate, const Centerline& line, const Params& params,
+                   const Trace& seen) noexcept {
+  const double penalty = line.end == LineEnd::turns_back ? 0.3 : 1.0;
+  return penalty * std::min(line.ahead, 5.0) * std::max(candidate.score, 1e-3) /
+         std::max(seen.candidates.items[0].score, 1e-3) * clearance_score(line, params.car) *
+         side_consistency(seen.sections, seen.samples, candidate.split);
+}
+
+// The best split is the one whose line is usable for longest; the others are tried only where the first
+// one's line is short or tight, or passes something on the other side than before.
+void choose_split(const RacerMemory& memory, const Params& params, RacerWorkspace& work) noexcept {
+  constexpr double enough = 2.5;  // [m] of line that leaves no doubt
+  Trace& step = work.step;
+  step.candidates = rank_splits(step.points, step.sections, step.samples, width_of(memory, params.track_width),
+                                params.car, params.segmentation);
+  double best = -1.0;
+  for (std::size_t i = 0; i < step.candidates.count && best < enough; ++i) {
+    const SplitCandidate& candidate = step.candidates.items[i];
+    build_line(candidate.split, memory, params, work);
+    const double value = split_value(candidate, work.line, params, step);
+    if (value <= best) continue;
+    best = value;
+    step.split = candidate.split;
+    std::swap(step.walls, work.walls);
+    std::swap(step.line, work.line);
+  }
+}
+
+void label_samples(const RacerMemory& memory, const Params& params, Buffer<SectionSample>& samples) noexcept {
+  label_from_history(memory.walls, memory.path, memory.trail, params.segmentation, samples);
+}
+
+// Next to the front axle; false where too little of the path lies ahead.
+bool find_nearest(const Params& params, Trace& step) noexcept {
+  if (step.path.size() < fewest_points) return false;
+  step.nearest = nearest_on_path(step.path, params.car.wheelbase, 0.0);
+  return step.nearest + 2 < step.path.size();
+}
+
+// What lies on the path.
+struct StopAhead {
+  bool near = false;        // the car has to stop just ahead
+  bool full_brake = false;  // planned braking would not stop it before
+};
+
+// Plans a stop before anything on the path that the car would hit, wall or not, and where the track becomes too narrow
+// for it: by what this scan saw, or the last good one, moved.
+StopAhead stop_for_obstacles(double speed, const RacerMemory& memory, const Params& params, Trace& step) noexcept {
+  const VelocityProfileParams& p = params.velocity_profile;
+  const PathClearance found = clearance_along(step.path, step.nearest, memory.seen, params.car, p);
+  step.clearance = found.distance;
+  double blocked_at = found.blocked_at;
+  if (memory.line_end == LineEnd::narrow) blocked_at = std::min(blocked_at, step.path.back().s);
+  if (!std::isfinite(blocked_at)) return {};
+  const double stop_at = blocked_at - nose(params.car) - p.block_distance;
+  stop_before(stop_at, p, step.path);
+  const double from = step.path[step.nearest].s;
+  const bool full_brake = speed * speed > -2.0 * p.a_x_min * std::max(0.0, stop_at - from) + 0.3;
+  return {stop_at < from + 0.3, full_brake};
+}
+
+}  // namespace
+
+bool perceive(const LaserScan& scan, const VehicleState& state, const RacerMemory& memory, const Params& params,
+              RacerWorkspace& work) noexcept {
+  Trace& step = work.step;
+  if (!judge(scan).usable() || !work.table.prepare(scan)) return false;
+  scan_to_points(with_usable_time(scan, memory.period.seconds()), work.table, state, params.scan, params.car,
+                 step.points);
+  if (step.points.size() < scan_limits::fewest_returns) return false;
+  segment(step.points, work.table.angle_step(), width_of(memory, params.track_width), params.segmentation,
+          step.sections);
+  sample_sections(step.points, step.sections, params.car, params.centerline.spacing, step.samples);
+  label_samples(memory, params, step.samples);
+  ranges_by_beam(step.points, work.table.size(), work.ranges);
+  return true;
+}
+
+void find_line(const Params& params, RacerMemory& memory, RacerWorkspace& work) noexcept {
+  choose_split(memory, params, work);
+  if (leads_back(work.step.line)) {
+    forget_direction(memory);
+    label_samples(memory, params, work.step.samples);
+    choose_split(memory, params, work);
+  }
+  // The first width was assumed: with the measured one the line may be another.
+  if (!memory.width && learn_width(work.step.line, params.track_width, work.widths, memory))
+    choose_split(memory, params, work);
+}
+
+bool plan_path(const VehicleState& state, const Params& params, RacerWorkspace& work) noexcept {
+  Trace& step = work.step;
+  if (step.line.points.size() < fewest_points || step.line.ahead < 0.3) return false;
+  const TrajectoryParams& p = params.trajectory;
+  smooth_between_walls(step.line.points, params.car, p, step.smoothed);
+  const PathConditions conditions{curvature_driven(state), 0.5 * params.car.width + p.smoothing_margin,
+                                  params.centerline.spacing};
+  const bool bent = minimum_curvature_path(step.line.points, conditions, params.minimum_curvature, work.control_points,
+                                           step.smoothed);
+  if (!bent && p.join_distance > 0.0) join_car(std::max(p.join_distance, p.join_time * state.speed), step.smoothed);
+  simplify_opheim(step.smoothed, p.opheim_min, p.opheim_max, step.simplified);
+  sample_path(step.simplified, p.sample, p.end_hold, work.spline, step.path);
+  if (!find_nearest(params, step)) return false;
+  plan_velocity(state.speed, step.nearest, params.velocity_profile, step.path);
+  return true;
+}
+
+bool recall_path(const RacerMemory& memory, const Params& params, RacerWorkspace& work) noexcept {
+  if (memory.without_path > params.centerline.hold_time || memory.path.size() < fewest_points) return false;
+  work.step.path = memory.path;
+  return find_nearest(params, work.step);
+}
+
+Maneuver follow_path(const VehicleState& state, double dt, const RacerMemory& memory, const Params& params,
+                     RacerWorkspace& work) noexcept {
+  Trace& step = work.step;
+  const VelocityProfileParams& p = params.velocity_profile;
+  const StopAhead ahead = stop_for_obstacles(state.speed, memory, params, step);
+  step.steering = track_path(step.path, step.nearest, state, memory.measured.steering_angle, params.stanley, params.car,
+                             step.lookahead);
+  const StopDecision stop = decide_stop({step.path, step.nearest, memory.seen, state}, step.steering.steering_angle, dt,
+                                        memory.braking, params.car, p);
+  Maneuver maneuver{.speed = command_speed(step.path, step.nearest, state.speed, p),
+                    .steering_angle = stop.steering_angle,
+                    .braking = stop.brake};
+  const bool brakes = stop.brake || ahead.full_brake;
+  maneuver.blocked = brakes || ahead.near;
+  if (!brakes) return maneuver;
+  // Full braking takes the grip that a bend needs: there, the planned braking at most.
+  const bool bends = std::abs(state.speed * state.yaw_rate) > 1.2 * p.a_y_max;
+  const double least = bends ? state.speed + p.delta_v_min : 0.0;
+  maneuver.speed = std::min(maneuver.speed, least);
+  maneuver.steering_angle = within_grip(maneuver.steering_angle, state.speed, params.car, p);
+  return maneuver;
+}
+
+}  // namespace firstlap
