@@ -88,7 +88,7 @@ class Racer:
 
     @property
     def trace(self) -> dict[str, Any]:
-        """What the last step saw and thought: numpy arrays in base_link, meters (see cpp/firstlap/drivers/trace.hpp)."""
+        """What the last step saw and thought: numpy arrays in base_link, meters (cpp/firstlap/drivers/trace.hpp)."""
         return self.core.trace()
 
     def reset(self) -> None:
