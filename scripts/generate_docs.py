@@ -18,7 +18,7 @@ from firstlap.mapping.parameters import MAP_FIELDS
 from firstlap.planning.raceline.params import LINE_FIELDS
 from firstlap.ros.names import DRIVE, FAULTS, SIM, Entry
 from firstlap.sim.race import OPTION_FIELDS
-from firstlap.tuning.spread import JUDGE_FIELDS
+from firstlap.tuning.variation import EVALUATION_FIELDS
 
 ROOT = Path(__file__).resolve().parents[1]
 HEAD = """<!-- Written by `make docs` from the field tables. Do not edit. -->
@@ -97,7 +97,9 @@ def parameters() -> str:
                 "",
                 chapter("Localization", "For `firstlap localize --set NAME=VALUE`.", LOCALIZER_FIELDS),
                 "",
-                chapter("Tuning", "How `firstlap tune` evaluates candidates (`--judge NAME=VALUE`).", JUDGE_FIELDS),
+                chapter(
+                    "Tuning", "How `firstlap tune` evaluates candidates (`--judge NAME=VALUE`).", EVALUATION_FIELDS
+                ),
                 "",
                 *ros_chapters(),
             ]

@@ -15,8 +15,8 @@ from matplotlib.lines import Line2D
 from firstlap.config.car_file import load_car
 from firstlap.config.setup_file import load_setup
 from firstlap.drivers.racer import Racer
+from firstlap.evaluation.perception.ground_truth import GroundTruth
 from firstlap.evaluation.perception.metrics import to_world
-from firstlap.evaluation.perception.truth import Truth
 from firstlap.plots.colors import BAD, FAINT, INK, LEFT, RIGHT
 from firstlap.plots.primitives import new_figure, save
 from firstlap.sim.race import start_race
@@ -28,14 +28,14 @@ Points = npt.NDArray[np.float64]
 Pose = tuple[float, float, float]
 
 
-def drive_to(name: str, station: float, laps: int = 2) -> tuple[dict[str, Any], Pose, Truth]:
+def drive_to(name: str, station: float, laps: int = 2) -> tuple[dict[str, Any], Pose, GroundTruth]:
     """Trace, pose and truth of the first scan past `station` [m] in the second lap."""
     track, setup, car = load_track(name), load_setup("sure"), load_car("default")
     racer = Racer(setup, car)
     race = start_race(track, racer, car, laps=laps, seed=1)
     while race.advance() and not (race.laps_done() == 1 and station <= race.s < station + 1.0):
         pass
-    return racer.trace, race.pose, Truth.of(track)
+    return racer.trace, race.pose, GroundTruth.of(track)
 
 
 def to_car(points: Points, pose: Pose) -> Points:
@@ -45,7 +45,7 @@ def to_car(points: Points, pose: Pose) -> Points:
 
 
 def scene(
-    axes: Axes, trace: dict[str, Any], pose: Pose, truth: Truth, reach: tuple[float, float, float, float]
+    axes: Axes, trace: dict[str, Any], pose: Pose, truth: GroundTruth, reach: tuple[float, float, float, float]
 ) -> None:
     """True walls and medial line, and the car."""
     axes.set_aspect("equal")

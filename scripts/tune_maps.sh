@@ -1,6 +1,6 @@
 #!/bin/sh
 # Tunes for arena and for every map in a folder of folders, one JSON file each; what is there already is left alone, and a
-# study that was interrupted goes on. Then: scripts/tuned.py OUT/*.json >docs/tuning_results.md
+# study that was interrupted goes on. Then: scripts/tuning_results_page.py OUT/*.json >docs/tuning_results.md
 #
 #   scripts/tune_maps.sh MAPS OUT [options of firstlap tune, such as --budget 3m]
 set -eu

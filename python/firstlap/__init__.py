@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from firstlap.config.car_file import Car, load_car
     from firstlap.config.setup_file import Setup, list_setups, load_setup
     from firstlap.drivers.racer import Command, Racer
+    from firstlap.sim.lidar import Lidar
     from firstlap.sim.race import Contact, Lap, RaceResult, race
-    from firstlap.sim.simulate import Lidar
     from firstlap.tracks.library import list_tracks, load_track
     from firstlap.tracks.track import Track
 
@@ -55,7 +55,7 @@ _MODULES = {
     "firstlap.config.setup_file": ("Setup", "list_setups", "load_setup"),
     "firstlap.drivers.racer": ("Command", "Racer"),
     "firstlap.sim.race": ("Contact", "Lap", "RaceResult", "race"),
-    "firstlap.sim.simulate": ("Lidar",),
+    "firstlap.sim.lidar": ("Lidar",),
     "firstlap.tracks.library": ("list_tracks", "load_track"),
     "firstlap.tracks.track": ("Track",),
 }

@@ -14,7 +14,7 @@ from firstlap.config.setup_file import Setup, choose_setup
 from firstlap.drivers.driving import Driving
 from firstlap.drivers.racer import step_core
 from firstlap.pitwall.frame import DrivenLap, Frame, Scenery
-from firstlap.sim.simulate import core_track
+from firstlap.sim.lidar import core_track
 from firstlap.tracks.track import Track
 
 

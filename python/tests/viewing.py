@@ -13,7 +13,7 @@ import viser
 import zstandard
 from websockets.sync.client import ClientConnection, connect
 
-from firstlap.pitwall.authentication import Authentication, quietly
+from firstlap.pitwall.authentication import Authenticator, quietly
 
 CAMERA = {
     "type": "ViewerCameraMessage",
@@ -30,9 +30,9 @@ CAMERA = {
 
 
 @contextlib.contextmanager
-def served(authentication: Authentication, host: str = "127.0.0.1", port: int = 0) -> Iterator[viser.ViserServer]:
-    """A server behind its authentication."""
-    server = authentication.open(host, port)
+def served(authenticator: Authenticator, host: str = "127.0.0.1", port: int = 0) -> Iterator[viser.ViserServer]:
+    """A server behind its authenticator."""
+    server = authenticator.open(host, port)
     try:
         yield server
     finally:
@@ -40,9 +40,9 @@ def served(authentication: Authentication, host: str = "127.0.0.1", port: int = 
             server.stop()
 
 
-def get(authentication: Authentication, path: str = "/", **headers: str) -> tuple[int, str, dict[str, str]]:
+def get(authenticator: Authenticator, path: str = "/", **headers: str) -> tuple[int, str, dict[str, str]]:
     """Status, text and headers of a page; Host=... replaces the header."""
-    connection = http.client.HTTPConnection("127.0.0.1", authentication.port, timeout=5)
+    connection = http.client.HTTPConnection("127.0.0.1", authenticator.port, timeout=5)
     connection.putrequest("GET", path, skip_host="Host" in headers)
     for name, value in headers.items():
         connection.putheader(name, value)
@@ -57,9 +57,9 @@ class Viewer:
     """One that has come in."""
 
     def __init__(
-        self, authentication: Authentication, cookie: str = "", origin: str | None = "", query: str = ""
+        self, authenticator: Authenticator, cookie: str = "", origin: str | None = "", query: str = ""
     ) -> None:
-        self.page = f"127.0.0.1:{authentication.port}"
+        self.page = f"127.0.0.1:{authenticator.port}"
         self.connection: ClientConnection = connect(
             f"ws://{self.page}/{query}",
             subprotocols=[f"viser-v{viser.__version__}"],  # type: ignore[list-item]

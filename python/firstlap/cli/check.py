@@ -10,7 +10,7 @@ from rich.table import Table
 
 from firstlap.cli.common import CarOption, JsonOption, SetOption, chosen_setup, console, print_json
 from firstlap.config.car_file import load_car
-from firstlap.evaluation.rules import check_rules
+from firstlap.evaluation.setup_limits import check_limits
 
 
 def check(
@@ -22,7 +22,7 @@ def check(
     """Validate a setup and hold it against the rules of thumb. Warnings leave the exit code at 0."""
     chosen = chosen_setup(setup, changes)
     loaded_car = load_car(car)
-    rules = check_rules(chosen, loaded_car)
+    rules = check_limits(chosen, loaded_car)
     if as_json:
         print_json({"setup": chosen.name, "car": loaded_car.name, "rules": [asdict(rule) for rule in rules]})
         return 0

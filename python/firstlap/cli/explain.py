@@ -60,7 +60,7 @@ def explain(
     plot: Annotated[Path, typer.Option("--plot", metavar="FILE", help="Where the picture goes.")] = Path("explain.png"),
 ) -> int:
     """Draw one step of a driver: what it saw, what it made of it, and why it steers as it does."""
-    from firstlap.explain.pictures import plot_snapshot
+    from firstlap.explain.pictures import plot_step
     from firstlap.explain.snapshot import explain_race, explain_recording
     from firstlap.plots.primitives import PICTURE_SUFFIXES
 
@@ -86,7 +86,7 @@ def explain(
         snapshot = explain_recording(recording, chosen, loaded_car, index, mask_body=not keep_body)
         for remark in remarks:
             note(remark)
-    plot_snapshot(snapshot, plot)
+    plot_step(snapshot, plot)
     _print(snapshot, plot)
     return 0
 

@@ -12,8 +12,8 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from firstlap.cli.against_map import held_against, print_against_map
 from firstlap.cli.common import DriverOption, JsonOption, SetOption, console, draw, note, print_json
+from firstlap.cli.map_comparison import compare_with_map, print_against_map
 from firstlap.cli.recording import (
     CarOfRecording,
     DriveTopic,
@@ -89,7 +89,7 @@ def replay(
         look = watched(bar, "replaying", len(loaded) * (1 if other is None else 2))
         found = run_replay(loaded, chosen, loaded_car, against=other, mask_body=not keep_body, look=look, record=record)
     found = replace(found, reading=reading, remarks=(*remarks, *found.remarks))
-    on_map = held_against(loaded, chosen, loaded_car, map_path, not keep_body) if map_path else None
+    on_map = compare_with_map(loaded, chosen, loaded_car, map_path, not keep_body) if map_path else None
     if as_json:
         print_json(found.to_dict() | ({"against_map": on_map.to_dict()} if on_map else {}))
     else:

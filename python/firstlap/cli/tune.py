@@ -25,7 +25,7 @@ from firstlap.cli.common import (
     print_json,
     progress_bar,
 )
-from firstlap.cli.tune_shown import live_bar, print_paper, print_tuned
+from firstlap.cli.tune_tables import live_bar, print_paper, print_tuned
 from firstlap.common.errors import InputError
 from firstlap.config.car_file import Car
 from firstlap.tracks.library import list_tracks, load_track
@@ -110,14 +110,14 @@ def tune(
     """Search for the fastest setup that holds on a track. Exits 0 when one was found, 1 when not."""
     from firstlap.tuning.search import parse_budget
     from firstlap.tuning.session import check_name, make_session, new_name
-    from firstlap.tuning.spread import judge_values
     from firstlap.tuning.study import check_study_file, quiet_optuna
+    from firstlap.tuning.variation import evaluation_values
 
     if paper:
         return _paper(track, chosen_car(car, lidar), seeds, out, as_json)
     quiet_optuna()
     limit = parse_budget(budget)
-    judge = judge_values(judging)
+    judge = evaluation_values(judging)
     check_study_file(study_file)
     session = make_session(
         track,
@@ -212,8 +212,8 @@ def _pool(driver: str, cluster: str | None, workers: int | None) -> Iterator[Any
 def _finish(tuned: Tuned, validation: Validation | None, folder: Path, study_file: Path, as_json: bool) -> int:
     from firstlap.tuning.report import report
     from firstlap.tuning.run import write_setups
+    from firstlap.tuning.setup_writer import write_text
     from firstlap.tuning.summary import summary
-    from firstlap.tuning.written import write_text
 
     files = write_setups(tuned, folder)
     found = summary(tuned, files, study_file, validation)
@@ -232,7 +232,7 @@ def _finish(tuned: Tuned, validation: Validation | None, folder: Path, study_fil
 def _paper(track: str, car: Car, seeds: int, out: Path | None, as_json: bool) -> int:
     from firstlap.tuning.paper import COUNT, drive_paper, paper_report, paper_summary
     from firstlap.tuning.pool import StoppedError
-    from firstlap.tuning.written import write_text
+    from firstlap.tuning.setup_writer import write_text
 
     loaded = load_track(track)
     folder = _folder(out or Path("tuned") / f"paper-{Path(loaded.name).stem}")

@@ -199,7 +199,7 @@ def choose_port(host: str, port: int | None) -> int:
 
 
 def _is_free(host: str, port: int) -> bool:
-    """Also where it cannot be known: then authentication says what is wrong."""
+    """Also where it cannot be known: then the authenticator says what is wrong."""
     try:
         with socket.create_server((host, port), family=socket.AF_INET6 if ":" in host else socket.AF_INET):
             return True
@@ -209,15 +209,15 @@ def _is_free(host: str, port: int) -> bool:
 
 def _serve(source: Source, host: str, port: int, token: str | None, open_browser: bool) -> int:
     from firstlap.pitwall.app import serve
-    from firstlap.pitwall.authentication import Authentication
+    from firstlap.pitwall.authentication import Authenticator
 
-    authentication, app = Authentication(token), None
+    authenticator, app = Authenticator(token), None
     try:
         source.start()
-        app = serve(source, host=host, port=port, authentication=authentication, panel=panels_of(source))
-        _say(authentication)
+        app = serve(source, host=host, port=port, authenticator=authenticator, panel=panels_of(source))
+        _say(authenticator)
         if open_browser and _has_display():
-            _open(authentication.opening_url())
+            _open(authenticator.opening_url())
         _wait()
     finally:
         if app is not None:
@@ -236,12 +236,12 @@ def panels_of(source: Source) -> MakePanel:
     return panel
 
 
-def _say(authentication: Any) -> None:
-    if authentication.warning:
-        print(f"warning: {authentication.warning}", file=sys.stderr)
-    print(authentication.url, flush=True)
-    if authentication.watch_url:
-        print(f"to watch only: {authentication.watch_url}", flush=True)
+def _say(authenticator: Any) -> None:
+    if authenticator.warning:
+        print(f"warning: {authenticator.warning}", file=sys.stderr)
+    print(authenticator.url, flush=True)
+    if authenticator.watch_url:
+        print(f"to watch only: {authenticator.watch_url}", flush=True)
     note("Ctrl-C ends it")
 
 

@@ -50,18 +50,18 @@ class Handle(Protocol):
 
 
 @runtime_checkable
-class SeesTruth(Protocol):
+class UsesTruePose(Protocol):
     """A driver that an ablation may give the true pose."""
 
-    def see_truth(self, race: _core.Race | None, track: Track) -> None:
+    def use_true_pose(self, race: _core.Race | None, track: Track) -> None:
         """Called once before the first step; after the last without a race."""
 
 
 @runtime_checkable
-class StartsAt(Protocol):
+class SetsStart(Protocol):
     """A driver that must know about where it is put down."""
 
-    def starts_at(self, share: float) -> None:
+    def set_start(self, share: float) -> None:
         """Called before each race: the share of a lap from the track's start line to the place."""
 
 

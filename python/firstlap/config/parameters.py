@@ -103,7 +103,7 @@ class FieldTable:
 
     def parse(self, text: str, where: str) -> Values:
         """The values in the text of a YAML file; `where` names the file in messages. Raises InputError."""
-        if not says_something(text):
+        if not has_information(text):
             raise InputError(f"{where}: nothing but comments; expected sections ({', '.join(self.sections)})")
         return self.check_sections(parse_mapping(text, where), where)
 
@@ -133,7 +133,7 @@ class FieldTable:
         return f" (known are {', '.join(self.sections)})"
 
 
-def says_something(text: str) -> bool:
+def has_information(text: str) -> bool:
     """Whether a YAML text holds more than comments."""
     return any(line.split("#")[0].strip(" \t\r-.") for line in text.splitlines())
 

@@ -13,7 +13,7 @@ from firstlap.common.data_folder import data_folder
 from firstlap.common.errors import InputError
 from firstlap.common.yaml_text import parse_mapping, read_text
 from firstlap.config.driver_kind import Params, driver_kind
-from firstlap.config.parameters import FieldTable, Value, Values, says_something
+from firstlap.config.parameters import FieldTable, Value, Values, has_information
 
 LOCAL = "local"
 SETUP_FIELDS = FieldTable(_core.Params.fields())
@@ -150,7 +150,7 @@ def _load(spec: str | Path) -> Setup:
 
 def parse_setup(text: str, where: str, name: str | None = None) -> Setup:
     """The setup in the text of a YAML file; `where` names the file in messages. Raises InputError."""
-    if not says_something(text):
+    if not has_information(text):
         raise InputError(f"{where}: nothing but comments; expected sections ({', '.join(SETUP_FIELDS.sections)})")
     data = dict(parse_mapping(text, where))
     kind = driver_kind(data.pop("driver", LOCAL), f"{where}: driver")

@@ -11,7 +11,7 @@ from firstlap import _core
 from firstlap.common.errors import InputError
 from firstlap.config.car_file import Car
 from firstlap.config.setup_file import Setup
-from firstlap.sim.simulate import core_track
+from firstlap.sim.lidar import core_track
 from firstlap.tracks.track import Track
 
 

@@ -26,7 +26,7 @@ PICTURES: dict[str, Callable[[StepSnapshot], Figure]] = {
 """Driver -> what draws a step of it."""
 
 
-def plot_snapshot(snapshot: StepSnapshot, path: str | Path) -> None:
+def plot_step(snapshot: StepSnapshot, path: str | Path) -> None:
     """Writes the picture of `snapshot`, in its driver's way. Raises InputError, also for a driver without a picture."""
     draw = PICTURES.get(snapshot.driver)
     if draw is None:

@@ -14,7 +14,7 @@ from typing import Protocol
 import viser
 from viser import _messages
 
-from firstlap.pitwall.authentication import Authentication, quietly
+from firstlap.pitwall.authentication import Authenticator, quietly
 from firstlap.pitwall.camera import OnMap, ViewControls, Viewpoint, first_look
 from firstlap.pitwall.frame import Frame
 from firstlap.pitwall.lap_table import LapTable
@@ -54,11 +54,11 @@ class App:
     """A running pit wall. It neither starts nor closes the source."""
 
     def __init__(
-        self, source: Source, server: viser.ViserServer, authentication: Authentication, panel: MakePanel | None
+        self, source: Source, server: viser.ViserServer, authenticator: Authenticator, panel: MakePanel | None
     ) -> None:
         self._source = source
         self._server = server
-        self._authentication = authentication
+        self._authenticator = authenticator
         self._make_panel = panel
         self._entering = threading.Lock()
         self._viewpoints: dict[int, Viewpoint] = {}
@@ -147,7 +147,7 @@ class App:
     def _panel_of(self, client: viser.ClientHandle, viewpoint: Viewpoint) -> Shown | None:
         if self._make_panel is None:
             return None
-        return self._make_panel(client, self._authentication.may_control(client), viewpoint.on_map)
+        return self._make_panel(client, self._authenticator.may_control(client), viewpoint.on_map)
 
     def _leave(self, client: viser.ClientHandle) -> None:
         self._viewpoints.pop(client.client_id, None)
@@ -214,14 +214,14 @@ def serve(
     *,
     host: str = "127.0.0.1",
     port: int = 8080,
-    authentication: Authentication | None = None,
+    authenticator: Authenticator | None = None,
     panel: MakePanel | None = None,
 ) -> App:
-    """Shows a source that was started; `App.port` says where. Raises InputError, as `Authentication.open` does.
+    """Shows a source that was started; `App.port` says where. Raises InputError, as `Authenticator.open` does.
 
     panel: makes each viewer's controls; without it everybody only watches.
     """
     # What is sent to a browser that has just gone is lost, and that is all right.
     warnings.filterwarnings("ignore", message=r"Queued a \w+ on a closed connection")
-    authentication = authentication or Authentication()
-    return App(source, authentication.open(host, port), authentication, panel)
+    authenticator = authenticator or Authenticator()
+    return App(source, authenticator.open(host, port), authenticator, panel)

@@ -25,7 +25,7 @@ from websockets.asyncio.server import ServerConnection
 from websockets.http11 import Request, Response
 
 from firstlap.common.errors import InputError
-from firstlap.pitwall.guarded import MESSAGE_SIZE, QUEUE, ConnectionClosed, GuardedConnection, Quiet, Role
+from firstlap.pitwall.guarded_connection import MESSAGE_SIZE, QUEUE, ConnectionClosed, GuardedConnection, Quiet, Role
 from firstlap.pitwall.replay import skip_what_is_gone
 
 VIEWERS = 16
@@ -45,7 +45,7 @@ _starting = threading.Lock()
 """While viser starts, a function of websockets is replaced."""
 
 
-class Authentication:
+class Authenticator:
     """Listens where it is told and nowhere else, and lets viser serve behind it.
 
     token: of those who may control; without one everybody on this machine may, and for another address one is made up.

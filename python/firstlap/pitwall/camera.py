@@ -14,10 +14,10 @@ from threading import RLock
 import numpy as np
 import viser
 
-from firstlap.pitwall.desk import assign
 from firstlap.pitwall.frame import Points, Pose, Scenery
 from firstlap.pitwall.layers import LAYERS, MAP, Layer
 from firstlap.pitwall.shapes import about_z, compose, inverse
+from firstlap.pitwall.viewer_session import assign
 
 FREE, FOLLOW, TURN = "Free", "Follow", "Follow and turn"
 MODES = (FREE, FOLLOW, TURN)

@@ -9,7 +9,7 @@ import numpy as np
 
 from firstlap.perception.scan import laser_of
 from firstlap.pitwall.layers import BODY
-from firstlap.pitwall.primitives import Sheet, Solid, Strokes
+from firstlap.pitwall.primitives import LineSegments, Sheet, Solid
 from firstlap.pitwall.shapes import Mesh, arrow, chain, disc, merged, moved, prism
 from firstlap.plots.colors import INK, PAPER, PATH, rgb
 
@@ -37,7 +37,7 @@ class CarShape:
             Solid(sheet, f"{node}/laser", moved(disc(0.025, ROOF + 0.01), x, y), rgb(PATH)),
         ]
         self._edge = chain(outline, ROOF + 0.005)
-        self._outline = Strokes(sheet, f"{node}/outline", rgb(INK), 2.0)
+        self._outline = LineSegments(sheet, f"{node}/outline", rgb(INK), 2.0)
         self._front = [
             (Solid(sheet, f"{node}/front_{name}", _wheel(), rgb(INK)), side * self._track)
             for name, side in (("left", 1.0), ("right", -1.0))

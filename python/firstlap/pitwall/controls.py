@@ -13,7 +13,7 @@ import viser
 
 from firstlap.common.errors import InputError
 from firstlap.config.parameters import Field, Value
-from firstlap.pitwall.desk import Desk, assign
+from firstlap.pitwall.viewer_session import ViewerSession, assign
 
 STEPS = 200
 """That a slider has, about."""
@@ -67,9 +67,9 @@ def _widget(gui: viser.GuiApi, field: Field, value: Value, hint: str) -> Any:
 class Control:
     """One parameter before one viewer."""
 
-    def __init__(self, desk: Desk, field: Field, loaded: Value, current: Current, change: Change) -> None:
+    def __init__(self, session: ViewerSession, field: Field, loaded: Value, current: Current, change: Change) -> None:
         self.field = field
-        self._desk = desk
+        self._session = session
         self._current = current
         self._change = change
         self._label = f"{field.name} {field.unit}".strip()
@@ -79,7 +79,7 @@ class Control:
         self._applied = 0
         self._touched = -math.inf
         self._one_by_one = threading.Lock()
-        self.handle = _widget(desk.gui, field, self._last, "")
+        self.handle = _widget(session.gui, field, self._last, "")
         self.load(loaded)
         self.handle.on_update(self._moved)
 
@@ -166,9 +166,9 @@ class Control:
 
     def _give_back(self, refusal: Exception) -> None:
         if isinstance(refusal, InputError):
-            self._desk.refuse(f"{self.field.name}: refused", str(refusal))
+            self._session.refuse(f"{self.field.name}: refused", str(refusal))
         else:
-            self._desk.blame(self.field.name, refusal)
+            self._session.blame(self.field.name, refusal)
         self._wrong = None
         self._touched = -math.inf
         self._show()

@@ -10,7 +10,7 @@ import numpy as np
 
 from firstlap.pitwall.frame import Points
 from firstlap.pitwall.layers import AIM, CLEANED, LINE, PATH, REMEMBERED, RETURNS, WIDTHS
-from firstlap.pitwall.primitives import Cloud, Sheet, Solid, SpeedLine, Strokes
+from firstlap.pitwall.primitives import Cloud, LineSegments, Sheet, Solid, SpeedLine
 from firstlap.pitwall.shapes import (
     NOTHING,
     Mesh,
@@ -46,10 +46,10 @@ class LocalShapes:
         self._dropped = Cloud(sheet, f"{RETURNS.node}/dropped", rgb(DROPPED), 0.03, 0.02)
         self._left_before = Cloud(sheet, f"{REMEMBERED.node}/left", rgb(LEFT, 0.6), 0.045, 0.018)
         self._right_before = Cloud(sheet, f"{REMEMBERED.node}/right", rgb(RIGHT, 0.6), 0.045, 0.018)
-        self._widths = Strokes(sheet, f"{WIDTHS.node}/pairs", rgb(PAIR, 0.45), 1.0)
-        self._line = Strokes(sheet, f"{LINE.node}/line", rgb(LINE_COLOR), 1.5)
+        self._widths = LineSegments(sheet, f"{WIDTHS.node}/pairs", rgb(PAIR, 0.45), 1.0)
+        self._line = LineSegments(sheet, f"{LINE.node}/line", rgb(LINE_COLOR), 1.5)
         self._supported = Cloud(sheet, f"{LINE.node}/points", rgb(LINE_COLOR), 0.04, 0.022)
-        self._smoothed = Strokes(sheet, f"{CLEANED.node}/smoothed", rgb(INK), 1.5)
+        self._smoothed = LineSegments(sheet, f"{CLEANED.node}/smoothed", rgb(INK), 1.5)
         self._simplified = Cloud(sheet, f"{CLEANED.node}/simplified", rgb(INK), 0.09, 0.04)
         self._path = SpeedLine(sheet, f"{PATH.node}/path", 0.07, 0.035)
         self._lookahead = Solid(sheet, f"{AIM.node}/lookahead", _mark(), rgb(PATH_COLOR), visible=False)

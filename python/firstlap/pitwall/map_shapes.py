@@ -8,7 +8,7 @@ import numpy as np
 
 from firstlap.pitwall.frame import DrivenLap, Points, Pose, Scenery
 from firstlap.pitwall.layers import GROUND, LAPS, MIDDLE, WALLS
-from firstlap.pitwall.primitives import Sheet, Solid, Strokes
+from firstlap.pitwall.primitives import LineSegments, Sheet, Solid
 from firstlap.pitwall.shapes import NOTHING, Segments, chain, dashed, fence, joined, merged
 from firstlap.plots.colors import DROPPED, FAINT, GOOD, GRID, INK, LINE, WALL, rgb
 
@@ -27,7 +27,7 @@ class Ground:
     def __init__(self, sheet: Sheet) -> None:
         colors = ((1, rgb(GRID, 0.25)), (5, rgb(GRID)))
         names = {1: "metres", 5: "five_metres"}
-        self._lines = [(every, Strokes(sheet, f"{GROUND.node}/{names[every]}", c, 1.0)) for every, c in colors]
+        self._lines = [(every, LineSegments(sheet, f"{GROUND.node}/{names[every]}", c, 1.0)) for every, c in colors]
         self._moves = True
 
     def surround(self, scenery: Scenery) -> None:
@@ -53,9 +53,9 @@ class Walls:
     def __init__(self, sheet: Sheet) -> None:
         self._sheet = sheet
         self._fence: Solid | None = None
-        self._seen = Strokes(sheet, f"{WALLS.node}/seen", rgb(INK), 2.0)
-        self._unseen = Strokes(sheet, f"{WALLS.node}/unseen", rgb(FAINT), 2.0)
-        self._middle = Strokes(sheet, f"{MIDDLE.node}/line", rgb(LINE, 0.4), 1.0)
+        self._seen = LineSegments(sheet, f"{WALLS.node}/seen", rgb(INK), 2.0)
+        self._unseen = LineSegments(sheet, f"{WALLS.node}/unseen", rgb(FAINT), 2.0)
+        self._middle = LineSegments(sheet, f"{MIDDLE.node}/line", rgb(LINE, 0.4), 1.0)
 
     def surround(self, scenery: Scenery) -> None:
         """These, and no others."""
@@ -101,8 +101,8 @@ class LapLines:
     """The last laps, paler the older they are, and the best one of all."""
 
     def __init__(self, sheet: Sheet) -> None:
-        self._lines = [Strokes(sheet, f"{LAPS.node}/{i}", rgb(DROPPED, 0.16 * i), 1.5) for i in range(SHOWN_LAPS)]
-        self._best = Strokes(sheet, f"{LAPS.node}/best", rgb(GOOD), 2.5)
+        self._lines = [LineSegments(sheet, f"{LAPS.node}/{i}", rgb(DROPPED, 0.16 * i), 1.5) for i in range(SHOWN_LAPS)]
+        self._best = LineSegments(sheet, f"{LAPS.node}/best", rgb(GOOD), 2.5)
         self._shown: tuple[DrivenLap, ...] | None = None
 
     def show(self, laps: tuple[DrivenLap, ...]) -> None:

@@ -12,7 +12,7 @@ from firstlap.pitwall.frame import Points
 from firstlap.pitwall.layers import AIM, KNOWN, LINE, PATH, RETURNS
 from firstlap.pitwall.local_shapes import RING, STROKE
 from firstlap.pitwall.opponents import ABOVE, NO_LINES, draw
-from firstlap.pitwall.primitives import Cloud, Fan, Sheet, Solid, SpeedLine, Strokes
+from firstlap.pitwall.primitives import Cloud, Fan, LineSegments, Sheet, Solid, SpeedLine
 from firstlap.pitwall.shapes import chain, circle, ring
 from firstlap.plots.colors import BAD, FREE, INK, LEFT, RETURN, RIGHT, rgb
 from firstlap.plots.colors import LINE as LINE_COLOR
@@ -31,14 +31,14 @@ class OpponentShapes:
         self._free = Fan(sheet, f"{AIM.node}/free", rgb(FREE), 0.10, 0.002)
         self._chosen = Fan(sheet, f"{AIM.node}/chosen", rgb(FREE), 0.18, 0.004)
         self._trouble = Cloud(sheet, f"{AIM.node}/trouble", rgb(BAD), 0.11, 0.04)
-        self._aim = Strokes(sheet, f"{AIM.node}/ray", rgb(PATH_COLOR), 2.5)
+        self._aim = LineSegments(sheet, f"{AIM.node}/ray", rgb(PATH_COLOR), 2.5)
         self._goal = Solid(sheet, f"{AIM.node}/goal", ring(RING, STROKE), rgb(PATH_COLOR), visible=False)
-        self._arc = Strokes(sheet, f"{AIM.node}/arc", rgb(INK), 2.0)
-        self._wanted = Strokes(sheet, f"{AIM.node}/wanted", rgb(BAD), 2.0)
-        self._left = Strokes(sheet, f"{AIM.node}/left", rgb(LEFT), 2.0)
-        self._right = Strokes(sheet, f"{AIM.node}/right", rgb(RIGHT), 2.0)
-        self._spread = Strokes(sheet, f"{AIM.node}/spread", rgb(PATH_COLOR), 2.0)
-        self._outlines = Strokes(sheet, f"{PATH.node}/outlines", rgb(PATH_COLOR, 0.4), 1.0)
+        self._arc = LineSegments(sheet, f"{AIM.node}/arc", rgb(INK), 2.0)
+        self._wanted = LineSegments(sheet, f"{AIM.node}/wanted", rgb(BAD), 2.0)
+        self._left = LineSegments(sheet, f"{AIM.node}/left", rgb(LEFT), 2.0)
+        self._right = LineSegments(sheet, f"{AIM.node}/right", rgb(RIGHT), 2.0)
+        self._spread = LineSegments(sheet, f"{AIM.node}/spread", rgb(PATH_COLOR), 2.0)
+        self._outlines = LineSegments(sheet, f"{PATH.node}/outlines", rgb(PATH_COLOR, 0.4), 1.0)
         self._plan = SpeedLine(sheet, f"{PATH.node}/plan", 0.07, 0.035)
 
     def show(self, driver: str, trace: Mapping[str, Any], top: float) -> None:

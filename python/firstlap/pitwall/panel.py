@@ -14,14 +14,14 @@ from firstlap.config.parameters import Value
 from firstlap.config.setup_file import Setup
 from firstlap.pitwall.camera import OnMap, on_ground
 from firstlap.pitwall.conditions import OFTEN
-from firstlap.pitwall.control_board import ControlBoard
-from firstlap.pitwall.desk import Desk
-from firstlap.pitwall.drive_shown import DriveShown, PlaceShown, StateShown
+from firstlap.pitwall.control_panel import ControlPanel
+from firstlap.pitwall.drive_panel import DrivePanel, PlacementPanel, StatePanel
 from firstlap.pitwall.frame import Frame
-from firstlap.pitwall.rules_shown import RulesShown
-from firstlap.pitwall.setup_shown import SetupShown
+from firstlap.pitwall.limits_panel import LimitsPanel
+from firstlap.pitwall.setup_panel import SetupPanel
 from firstlap.pitwall.source import Drives, Plays, Simulates, Source
 from firstlap.pitwall.transport import Transport
+from firstlap.pitwall.viewer_session import ViewerSession
 from firstlap.tuning.space import usual
 
 
@@ -41,30 +41,30 @@ class Panel:
     def __init__(
         self, client: viser.ClientHandle, source: Source, folder: Path | None = None, on_map: OnMap = on_ground
     ) -> None:
-        self._desk = Desk(client)
+        self._session = ViewerSession(client)
         self._source = source
         self._on_map = on_map
         self._seen: Setup | None = None
         self._closed = False
         self._updates: list[Callable[[Frame], None]] = []
-        self._keys: list[DriveShown | Transport] = []
+        self._keys: list[DrivePanel | Transport] = []
         gui = client.gui
         with client.atomic():
             self._build_top()
             self._tabs = gui.add_tab_group()
             with self._tabs.add_tab("Tune"):
-                self._rules = RulesShown(gui)
+                self._rules = LimitsPanel(gui)
                 self._place_of_board = gui.add_folder(None)
             with self._tabs.add_tab("Setup"):
                 self._place_of_changed = gui.add_folder(None)
-                self._setup = SetupShown(self._desk, source, folder if folder is not None else Path.cwd())
+                self._setup = SetupPanel(self._session, source, folder if folder is not None else Path.cwd())
             self._loaded = source.loaded
             self._board = self._build_board()
             self._conditions = self._build_conditions()
 
     def update(self, frame: Frame) -> None:
         """See AnyPanel."""
-        with self._desk.lock:
+        with self._session.lock:
             if self._closed:
                 return
             try:
@@ -75,11 +75,11 @@ class Panel:
                 # The driver was changed meanwhile; the next frame finds the other one.
                 self._seen = None
             except Exception as error:
-                self._desk.blame("showing", error)
+                self._session.blame("showing", error)
 
     def close(self) -> None:
         """See AnyPanel."""
-        with self._desk.lock:
+        with self._session.lock:
             if not self._closed:
                 self._closed = True
                 for keys in self._keys:
@@ -88,24 +88,24 @@ class Panel:
     def _build_top(self) -> None:
         source = self._source
         if isinstance(source, Drives):
-            drive = DriveShown(self._desk, source)
+            drive = DrivePanel(self._session, source)
             self._keys.append(drive)
             self._updates.append(drive.update)
         if isinstance(source, Plays):
-            transport = Transport(self._desk, source)
+            transport = Transport(self._session, source)
             self._keys.append(transport)
             self._updates.append(transport.update)
 
-    def _build_conditions(self) -> ControlBoard | None:
+    def _build_conditions(self) -> ControlPanel | None:
         source = self._source
         if not isinstance(source, Simulates):
             return None
         table = source.conditions
         with self._tabs.add_tab("Simulator"):
-            place = PlaceShown(self._desk, source, source.scenery.centerline, self._on_map)
+            place = PlacementPanel(self._session, source, source.scenery.centerline, self._on_map)
             self._updates.append(place.update)
-            return ControlBoard(
-                self._desk,
+            return ControlPanel(
+                self._session,
                 table,
                 [field for field in table.fields if field.key in OFTEN],
                 source.condition,
@@ -115,13 +115,13 @@ class Panel:
                 many=False,
             )
 
-    def _build_board(self) -> ControlBoard:
+    def _build_board(self) -> ControlPanel:
         source = self._source
         setup = source.setup
         table = setup.fields
         with self._place_of_board:
-            return ControlBoard(
-                self._desk,
+            return ControlPanel(
+                self._session,
                 table,
                 usual(setup.driver, table),
                 lambda key: source.setup.get(key),
@@ -159,7 +159,7 @@ class Panel:
         self._loaded = loaded
         self._seen = None
         self._setup.load()
-        with self._desk.client.atomic():
+        with self._session.client.atomic():
             if another:
                 self._board.remove()
                 self._board = self._build_board()
@@ -173,9 +173,9 @@ class WatchPanel:
     def __init__(self, client: viser.ClientHandle, source: Source) -> None:
         self._source = source
         self._seen: Setup | None = None
-        self._state = StateShown(client.gui) if isinstance(source, Drives) else None
+        self._state = StatePanel(client.gui) if isinstance(source, Drives) else None
         self._about = client.gui.add_html("")
-        self._rules = RulesShown(client.gui)
+        self._rules = LimitsPanel(client.gui)
 
     def update(self, frame: Frame) -> None:
         """See AnyPanel."""

@@ -78,7 +78,7 @@ class Cloud:
         self._handle.visible = len(points) > 0
 
 
-class Strokes:
+class LineSegments:
     """Separate lines of one color; width in pixels."""
 
     def __init__(self, sheet: Sheet, name: str, color: Color, width: float) -> None:

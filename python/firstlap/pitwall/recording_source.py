@@ -365,12 +365,12 @@ def laps_of(recording: Recording) -> list[tuple[int, DrivenLap]]:
 
 def track_under(recording: Recording, map_path: str | Path) -> Track:
     """The track of a map that the recording's poses lie on. Raises InputError."""
-    from firstlap.evaluation.perception.against_map import check_on_map
-    from firstlap.evaluation.perception.truth import Truth
+    from firstlap.evaluation.perception.ground_truth import GroundTruth
+    from firstlap.evaluation.perception.map_comparison import check_on_map
     from firstlap.tracks.library import load_track
 
     if recording.poses is None:
         raise InputError(f"--map: {recording.name} has no poses, and without them no place on a map")
     track = load_track(str(map_path))
-    check_on_map(recording, Truth.of(track), recording.poses, map_path)
+    check_on_map(recording, GroundTruth.of(track), recording.poses, map_path)
     return track

@@ -10,7 +10,7 @@ from firstlap.common.files import check_writable
 from firstlap.config.parameters import Values
 from firstlap.config.setup_file import Setup, list_setups, parse_setup
 from firstlap.pitwall.controls import shown
-from firstlap.tuning.written import setup_text, write_text
+from firstlap.tuning.setup_writer import setup_text, write_text
 
 SUFFIX = ".yaml"
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,60}")

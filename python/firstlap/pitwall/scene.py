@@ -16,7 +16,7 @@ from firstlap.pitwall.local_shapes import LocalShapes, points_of_path
 from firstlap.pitwall.map_shapes import Ground, LapLines, Walls
 from firstlap.pitwall.opponent_shapes import OpponentShapes
 from firstlap.pitwall.opponents import draw
-from firstlap.pitwall.primitives import Sheet, Strokes
+from firstlap.pitwall.primitives import LineSegments, Sheet
 from firstlap.pitwall.shapes import NOTHING, chain, column_in
 from firstlap.plots.colors import FAINT, rgb
 
@@ -45,7 +45,7 @@ class Scene:
         self._laps = LapLines(still)
         self._sheet = Sheet(api)
         self._body = CarShape(self._sheet, geometry)
-        self._before = Strokes(self._sheet, f"{BEFORE.node}/path", rgb(FAINT), 3.0)
+        self._before = LineSegments(self._sheet, f"{BEFORE.node}/path", rgb(FAINT), 3.0)
         self._local = LocalShapes(self._sheet)
         self._others = OpponentShapes(self._sheet, geometry)
 

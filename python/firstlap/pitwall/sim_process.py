@@ -50,7 +50,7 @@ def _end_with(lifeline: Connection) -> None:
     os._exit(0)
 
 
-class Outbox:
+class FrameSender:
     """Sends in a thread of its own. Only as much waits in it as was asked for."""
 
     def __init__(self, connection: Connection) -> None:
@@ -72,7 +72,7 @@ class Outbox:
 class _Loop:
     def __init__(self, plan: Plan, connection: Connection) -> None:
         self.connection = connection
-        self.outbox = Outbox(connection)
+        self.outbox = FrameSender(connection)
         self.race = SimRace(plan)
         self.asked: tuple[int, int] | None = None
         self.sent = -1

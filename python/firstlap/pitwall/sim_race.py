@@ -10,7 +10,7 @@ from time import perf_counter_ns, thread_time_ns
 from firstlap import _core
 from firstlap.common.errors import InputError
 from firstlap.config.car_file import Car
-from firstlap.config.driver_kind import ProgressCallback, StartsAt, driver_kind
+from firstlap.config.driver_kind import ProgressCallback, SetsStart, driver_kind
 from firstlap.config.parameters import Value
 from firstlap.config.setup_file import Setup
 from firstlap.drivers.driving import Driving
@@ -19,8 +19,8 @@ from firstlap.pitwall.conditions import Conditions
 from firstlap.pitwall.frame import DrivenLap, Frame, Pose
 from firstlap.pitwall.lap_setup import LapSetup
 from firstlap.pitwall.sim_laps import DrivenLine, with_lap
+from firstlap.sim.lidar import core_track
 from firstlap.sim.race_process import PackedCar, unpacked
-from firstlap.sim.simulate import core_track
 from firstlap.tracks.track import Track
 
 CAR = 0
@@ -151,8 +151,8 @@ class SimRace:
 
     def _tell_place(self, share: float) -> None:
         """To a driver with a map of the track: roughly, as who put the car down knows it."""
-        if self.driving is not None and isinstance(self.driving.handle, StartsAt):
-            self.driving.handle.starts_at(share)
+        if self.driving is not None and isinstance(self.driving.handle, SetsStart):
+            self.driving.handle.set_start(share)
 
     def _begin(self) -> None:
         self._line.clear()

@@ -9,9 +9,9 @@ import viser
 from viser import Icon
 
 from firstlap.pitwall.controls import HOLD
-from firstlap.pitwall.desk import Desk, assign
 from firstlap.pitwall.frame import Frame
 from firstlap.pitwall.source import Plays
+from firstlap.pitwall.viewer_session import ViewerSession, assign
 
 PACES = ("0.1", "0.25", "0.5", "1", "2", "5", "10")
 
@@ -19,35 +19,35 @@ PACES = ("0.1", "0.25", "0.5", "1", "2", "5", "10")
 class Transport:
     """In the container that is open."""
 
-    def __init__(self, desk: Desk, source: Plays) -> None:
-        self._desk = desk
+    def __init__(self, session: ViewerSession, source: Plays) -> None:
+        self._session = session
         self._source = source
         self._touched = float("-inf")
-        gui = desk.gui
+        gui = session.gui
         with gui.add_folder("Recording"):
             self._play = gui.add_button("Play", icon=Icon.PLAYER_PLAY)
-            self._play.on_click(desk.click("play", self._toggle))
+            self._play.on_click(session.click("play", self._toggle))
             self._steps = gui.add_button_group("step", ("-100", "-10", "-1", "+1", "+10", "+100"))
-            self._steps.on_click(desk.click("step", lambda: self._step(int(self._steps.value))))
+            self._steps.on_click(session.click("step", lambda: self._step(int(self._steps.value))))
             last = max(source.scans - 1, 1)
             self._scan = gui.add_slider("scan", 0, last, 1, 0, hint=f"of {source.scans}; typed or dragged")
-            self._scan.on_update(desk.choice("seek", self._seek, lambda: None))
+            self._scan.on_update(session.choice("seek", self._seek, lambda: None))
             pace = f"{source.pace:g}"
             paces = PACES if pace in PACES else (pace, *PACES)
             self._pace = gui.add_dropdown("pace", paces, initial_value=pace, hint="times real time")
-            self._pace.on_update(desk.choice("pace", lambda value: source.set_pace(float(value)), lambda: None))
+            self._pace.on_update(session.choice("pace", lambda value: source.set_pace(float(value)), lambda: None))
             self._where = gui.add_html("")
         self._keys = self._bind()
 
     def _bind(self) -> list[viser.CommandHandle]:
-        gui = self._desk.gui
+        gui = self._session.gui
         keys = [
             (gui.add_command("Play or pause", hotkey="space"), self._toggle),
             (gui.add_command("Step forward", hotkey="arrowright"), lambda: self._step(1)),
             (gui.add_command("Step back", hotkey="arrowleft"), lambda: self._step(-1)),
         ]
         for key, work in keys:
-            key.on_trigger(self._desk.click("play", work))
+            key.on_trigger(self._session.click("play", work))
         return [key for key, _ in keys]
 
     def update(self, frame: Frame) -> None:

@@ -10,9 +10,9 @@ from typing import Any
 
 from firstlap.common.errors import InputError
 from firstlap.config.parameters import Field, Value
-from firstlap.ros.kept_stop import EMERGENCY
 from firstlap.ros.names import DRIVE, TOLD
 from firstlap.ros.node_parameters import declare_entries, value_of
+from firstlap.ros.persistent_stop import EMERGENCY
 
 ANSWERS = 1.0
 """[s] that a node may take to answer."""

@@ -28,14 +28,14 @@ from firstlap.ros.claims import HEARTBEAT
 from firstlap.ros.conversions import judged, seconds, set_stamp, sweep_of
 from firstlap.ros.diagnostics import Health
 from firstlap.ros.emergency import EmergencyStop
-from firstlap.ros.kept_stop import EMERGENCY, KeptStop
 from firstlap.ros.markers import Markers
 from firstlap.ros.names import DRIVE, TOLD
 from firstlap.ros.node_parameters import declare_entries, declare_fields, result, tell, value_of
 from firstlap.ros.odometry_watch import OdometryWatch
+from firstlap.ros.other_drivers import OtherDrivers
 from firstlap.ros.periods import BOUNDS, Period, rate_reason, timeout_of
+from firstlap.ros.persistent_stop import EMERGENCY, PersistentStop
 from firstlap.ros.qos import LATCHED, NEWEST
-from firstlap.ros.rivals import Rivals
 from firstlap.ros.safety import DEADMAN, DeadMan, Stamps, Watchdog, button_of, within
 from firstlap.ros.traces import Traces
 from firstlap.ros.vehicle_state import ESTIMATE_FIELDS, StateSource
@@ -80,7 +80,7 @@ class DriveNode(LifecycleNode):
         self.remarked: set[str] = set()
         self.refusal = ""
         self.emergency = EmergencyStop(
-            KeptStop(self.get_fully_qualified_name(), self.context.get_domain_id()), self.trip
+            PersistentStop(self.get_fully_qualified_name(), self.context.get_domain_id()), self.trip
         )
         self.active = False
         self.stops_left = 0
@@ -90,7 +90,7 @@ class DriveNode(LifecycleNode):
         self.set_limits()
         self.add_on_set_parameters_callback(self.on_parameters)
         self.drive = self.create_publisher(AckermannDriveStamped, value_of(self, "drive_topic"), 1)
-        self.rivals = Rivals(self, value_of(self, "drive_topic"))
+        self.rivals = OtherDrivers(self, value_of(self, "drive_topic"))
         self.markers = Markers(self)
         self.traces = Traces(self)
 

@@ -15,14 +15,14 @@ from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.qos import DurabilityPolicy
 from std_msgs.msg import Bool
 
-from firstlap.ros.kept_stop import DRIVING, EMERGENCY, KeptStop
+from firstlap.ros.persistent_stop import DRIVING, EMERGENCY, PersistentStop
 from firstlap.ros.qos import NEWEST_LATCHED
 
 
 class EmergencyStop:
     """trip: stops the car; called with every word that says so. kept: what outlives the node's process."""
 
-    def __init__(self, kept: KeptStop, trip: Callable[[str], object]) -> None:
+    def __init__(self, kept: PersistentStop, trip: Callable[[str], object]) -> None:
         self._kept, self._trip = kept, trip
         self._topic = ""
         self._heard: Any = None

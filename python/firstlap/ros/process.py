@@ -71,7 +71,7 @@ def run_drive(node: DriveNode, ending: Ending) -> None:
             f"waiting for a person: firstlap go, or the service {node.get_fully_qualified_name()}/go"
         )
     ask, said = time.monotonic(), ""
-    spare_the_collector()
+    pause_gc()
     try:
         while not ending.number:
             executor.spin_once(timeout_sec=SOON)
@@ -91,7 +91,7 @@ def run_drive(node: DriveNode, ending: Ending) -> None:
         node.destroy_node()
 
 
-def spare_the_collector() -> None:
+def pause_gc() -> None:
     """What is there lasts as long as the process: a full collection of it, while the car drives, would take as long as
     several scans."""
     gc.collect()

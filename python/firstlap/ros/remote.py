@@ -12,7 +12,7 @@ from typing import Any
 import yaml
 
 from firstlap.common.errors import InputError
-from firstlap.ros.kept_stop import EMERGENCY
+from firstlap.ros.persistent_stop import EMERGENCY
 
 NODE = "firstlap_drive"
 ANSWERS = 5.0

@@ -29,7 +29,7 @@ from firstlap.ros import sim_messages as make
 from firstlap.ros.names import FAULTS, SIM, Entry
 from firstlap.ros.node_parameters import declare_entries, declare_fields, value_of
 from firstlap.ros.sim_topics import GYM_LASER_X, CarNames, gym_names, our_names
-from firstlap.sim.simulate import core_track
+from firstlap.sim.lidar import core_track
 from firstlap.tracks.library import load_track
 
 NAME = "firstlap_sim"

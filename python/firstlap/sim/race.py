@@ -19,15 +19,15 @@ from firstlap.config.driver_kind import (
     Handle,
     Preparation,
     ProgressCallback,
-    SeesTruth,
-    StartsAt,
+    SetsStart,
+    UsesTruePose,
     driver_kind,
 )
 from firstlap.config.parameters import Field, FieldTable
 from firstlap.config.setup_file import Setup, choose_setup
 from firstlap.perception.scan import Scan, judge
 from firstlap.recordings.step_log import STATUSES
-from firstlap.sim.simulate import core_track
+from firstlap.sim.lidar import core_track
 from firstlap.tracks.track import Track
 
 OPTION_FIELDS = FieldTable([*_core.RaceOptions.fields(), *_core.Car.fields()])
@@ -195,9 +195,9 @@ def latency_options(latency: str) -> dict[str, float]:
 
 def tell_start(driver: Handle, track: Track, options: Mapping[str, float] | None) -> None:
     """To a driver that needs it: about where the car is put down."""
-    if isinstance(driver, StartsAt):
+    if isinstance(driver, SetsStart):
         given = {OPTION_FIELDS.find(name, OPTIONS).key: value for name, value in (options or {}).items()}
-        driver.starts_at(float(given.get("race.start_s", 0.0)) / track.length)
+        driver.set_start(float(given.get("race.start_s", 0.0)) / track.length)
 
 
 def option_name(field: Field) -> str:
@@ -294,8 +294,8 @@ def race(
     tell_start(handle, track, options)
     running = start_race(track, starter, car, laps=laps, seed=seed, options={**delay, **(options or {})})
     try:
-        if isinstance(handle, SeesTruth):
-            handle.see_truth(running, track)
+        if isinstance(handle, UsesTruePose):
+            handle.use_true_pose(running, track)
         if record is not None and logged is not None:
             from firstlap.recordings.race_log import drive_and_log, race_about
 
@@ -305,8 +305,8 @@ def race(
             if look:
                 look(running)
     finally:
-        if isinstance(handle, SeesTruth):
-            handle.see_truth(None, track)
+        if isinstance(handle, UsesTruePose):
+            handle.use_true_pose(None, track)
     found = running.result()
     return RaceResult(
         track=track,

@@ -15,7 +15,7 @@ from firstlap.config.setup_file import Setup
 from firstlap.drivers import driver_kind
 from firstlap.sim.race import RaceResult, race
 from firstlap.tracks.track import Track
-from firstlap.tuning.spread import Conditions, changed_car, race_options
+from firstlap.tuning.variation import Conditions, changed_car, race_options
 
 RaceCallback = Callable[[_core.Race], object]
 FAILURES_TO_END = 2

@@ -15,7 +15,7 @@ from firstlap.config.parameters import Field, Value
 from firstlap.config.setup_file import Setup, load_setup
 from firstlap.sim.race import RaceResult, race
 from firstlap.tracks.track import Track
-from firstlap.tuning.pictures import draw_laps, draw_parameters, embedded
+from firstlap.tuning.plots import draw_laps, draw_parameters, embedded
 from firstlap.tuning.report import number, page, table
 from firstlap.tuning.settings import Setting
 

@@ -9,9 +9,9 @@ from typing import Any
 from firstlap.common.version import __version__
 from firstlap.config.parameters import Field
 from firstlap.config.setup_file import Setup
-from firstlap.evaluation.rules import check_rules
+from firstlap.evaluation.setup_limits import check_limits
 from firstlap.sim.race import RaceResult, race
-from firstlap.tuning.pictures import (
+from firstlap.tuning.plots import (
     MOTION,
     draw_front,
     draw_importance,
@@ -23,8 +23,8 @@ from firstlap.tuning.pictures import (
 )
 from firstlap.tuning.run import Tuned
 from firstlap.tuning.settings import Setting, settings_of
-from firstlap.tuning.spread import JUDGE_FIELDS
 from firstlap.tuning.validate import Validation
+from firstlap.tuning.variation import EVALUATION_FIELDS
 
 STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; color: #22272e; max-width: 1100px; margin: 2em auto; padding: 0 1em; }
@@ -89,7 +89,7 @@ def report(tuned: Tuned, found: dict[str, Any], validation: Validation | None, c
         "<h2>How candidates were judged</h2>",
         table(
             ["name", "value", "", "what"],
-            [(row.name, f"{tuned.session.judge[row.name]:g}", row.unit, row.doc) for row in JUDGE_FIELDS.fields],
+            [(row.name, f"{tuned.session.judge[row.name]:g}", row.unit, row.doc) for row in EVALUATION_FIELDS.fields],
         ),
     ]
     return page(f"firstlap tune: {found['track']}", parts)
@@ -231,7 +231,7 @@ def _rules(tuned: Tuned) -> list[str]:
     columns += [(role, _setup(tuned, role)) for role in ("holds", "seen") if getattr(tuned.choice, role)]
     rows: list[Sequence[object]] = []
     for name, setup in columns:
-        for rule in check_rules(setup, tuned.session.car):
+        for rule in check_limits(setup, tuned.session.car):
             words = f"{rule.value:.2f} {rule.unit}".rstrip()
             rows.append((name, rule.name, rule.formula, words, rule.wanted, rule.holds, rule.remark))
     if not rows:

@@ -9,16 +9,16 @@ from pathlib import Path
 from firstlap.common.version import __version__
 from firstlap.tracks.track import Track
 from firstlap.tuning.candidate import Problem
-from firstlap.tuning.choose import Choice, Chosen, choose, usual_laps
 from firstlap.tuning.pool import Pool
 from firstlap.tuning.search import Budget, Search
+from firstlap.tuning.selection import Chosen, Selection, choose, usual_laps
 from firstlap.tuning.session import Session
+from firstlap.tuning.setup_writer import write_setup
 from firstlap.tuning.study import Study, Trial
 from firstlap.tuning.validate import Validation, validate
-from firstlap.tuning.written import write_setup
 
 
-class Watch:
+class TuningProgress:
     """What a tuning tells whoever watches; every method may be left as it is."""
 
     def trial(self, search: Search, trial: Trial) -> None:
@@ -34,7 +34,7 @@ class Tuned:
 
     session: Session
     search: Search
-    choice: Choice
+    choice: Selection
     workers: int
 
     @property
@@ -63,7 +63,7 @@ class Tuned:
         return 1.0 - chosen.lap / self.reference
 
 
-def tune(session: Session, study: Study, pool: Pool, budget: Budget, watch: Watch) -> Tuned:
+def tune(session: Session, study: Study, pool: Pool, budget: Budget, watch: TuningProgress) -> Tuned:
     """Searches, then races the best again on fresh seeds; a budget in seconds is of both.
 
     Raises InputError where no start finishes the track, PoolGoneError where the cluster goes away.
@@ -86,7 +86,7 @@ def tune(session: Session, study: Study, pool: Pool, budget: Budget, watch: Watc
     return Tuned(session, search, choice, pool.workers)
 
 
-def validate_tuned(tuned: Tuned, others: Mapping[str, Track], pool: Pool, watch: Watch) -> Validation | None:
+def validate_tuned(tuned: Tuned, others: Mapping[str, Track], pool: Pool, watch: TuningProgress) -> Validation | None:
     """Races what was chosen where the search never was; nothing where nothing holds. Raises PoolGoneError."""
     holds = tuned.choice.holds
     if holds is None:

@@ -14,8 +14,8 @@ from firstlap.config.setup_file import LOCAL, Setup, choose_setup, list_setups, 
 from firstlap.tracks.track import Track
 from firstlap.tuning.candidate import Problem, plain_car
 from firstlap.tuning.space import Space, make_space
-from firstlap.tuning.spread import SPREAD_NAMES, corners
 from firstlap.tuning.study import study_names, track_digest
+from firstlap.tuning.variation import SPREAD_NAMES, corners
 
 BASE = "base"
 SEARCHED = ("laps", "margin", "hopeless", "slowest")

@@ -9,10 +9,10 @@ from typing import Any
 
 from firstlap.common.version import __version__
 from firstlap.config.setup_file import Setup
-from firstlap.evaluation.rules import check_rules
+from firstlap.evaluation.setup_limits import check_limits
 from firstlap.tuning.candidate import Verdict
-from firstlap.tuning.choose import Chosen
 from firstlap.tuning.run import Tuned
+from firstlap.tuning.selection import Chosen
 from firstlap.tuning.validate import Validation
 
 
@@ -66,5 +66,5 @@ def describe(tuned: Tuned, chosen: Chosen, file: Path) -> dict[str, Any]:
         "less": None if check.lap is None else tuned.less(chosen),
         **_safety(check),
         "values": {f"{section}.{name}": value for (section, name), value in chosen.trial.given.items()},
-        "rules": [asdict(rule) for rule in check_rules(setup, tuned.session.car)],
+        "rules": [asdict(rule) for rule in check_limits(setup, tuned.session.car)],
     }

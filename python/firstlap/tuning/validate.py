@@ -9,9 +9,9 @@ from typing import Any
 from firstlap.config.parameters import Values
 from firstlap.tracks.track import Track
 from firstlap.tuning.candidate import Problem, Verdict
-from firstlap.tuning.choose import Progress, race_conditions
 from firstlap.tuning.pool import Pool
-from firstlap.tuning.spread import drawn
+from firstlap.tuning.selection import Progress, race_conditions
+from firstlap.tuning.variation import drawn
 
 
 @dataclass(frozen=True)

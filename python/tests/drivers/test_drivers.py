@@ -16,7 +16,7 @@ from firstlap.common.errors import InputError
 from firstlap.config.driver_kind import CoreHandle, TableParams
 from firstlap.config.setup_file import Setup, choose_setup, list_setups, load_setup, parse_setup
 from firstlap.drivers import DRIVERS, DriverKind, Preparation, driver_kind
-from firstlap.explain.pictures import PICTURES, plot_snapshot
+from firstlap.explain.pictures import PICTURES, plot_step
 from firstlap.explain.snapshot import explain_race
 from firstlap.sim.race import latency_options, start_race
 
@@ -275,7 +275,7 @@ def test_a_driver_is_loaded_when_it_is_asked_for(arena, tmp_path):
         setup, car = Setup("x", driver="planned"), firstlap.load_car("default")
         snapshot = explain_race(arena, setup, car, 1.0, seed=1, reverse=False)
         with pytest.raises(InputError, match="driver planned: no picture of a step; drivers with one are local,"):
-            plot_snapshot(snapshot, tmp_path / "x.png")
+            plot_step(snapshot, tmp_path / "x.png")
     finally:
         DRIVERS.forget("planned")
     assert "planned" not in DRIVERS

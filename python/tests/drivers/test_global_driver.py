@@ -13,7 +13,7 @@ from firstlap.common.errors import InputError
 from firstlap.config.car_file import load_car
 from firstlap.config.driver_kind import Preparation, driver_kind
 from firstlap.config.setup_file import Setup, choose_setup, load_setup
-from firstlap.drivers.global_driver.road import road_of
+from firstlap.drivers.global_driver.drivable_area import road_of
 from firstlap.evaluation.survey import Run, Survey
 from firstlap.mapping.occupancy_map import FREE, OCCUPIED, UNKNOWN, OccupancyMap, without_gaps
 from firstlap.mapping.poses import between
@@ -320,11 +320,11 @@ def test_a_car_that_is_carried_far_off_stops_and_finds_itself_on_the_whole_map(o
 
 
 def test_a_car_that_fits_nowhere_seeks_itself_so_many_times_and_stays(prepared):
-    from firstlap.drivers.global_driver.anywhere import Anywhere
     from firstlap.drivers.global_driver.params import GuardParams
+    from firstlap.drivers.global_driver.relocalization import Relocalization
 
     path = prepared.given.line.path
-    sought = Anywhere(GuardParams(search_after=0.0), prepared.given.known.field(), path.points, path.heading)
+    sought = Relocalization(GuardParams(search_after=0.0), prepared.given.known.field(), path.points, path.heading)
     ring = 9.0 * np.column_stack([np.cos(np.arange(90.0)), np.sin(np.arange(90.0))])
     assert all(sought.look(ring, 0.0, 0.025) is None for _ in range(200))
     assert sought._rounds == GuardParams().searches

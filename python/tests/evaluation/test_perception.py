@@ -12,10 +12,10 @@ from firstlap.common.errors import InputError
 from firstlap.config.car_file import load_car
 from firstlap.config.setup_file import load_setup
 from firstlap.evaluation.perception import against_map, metrics
+from firstlap.evaluation.perception.detections import Detection
+from firstlap.evaluation.perception.ground_truth import LEFT, NEITHER, RIGHT, UNKNOWN, GroundTruth
 from firstlap.evaluation.perception.metrics import Perception
-from firstlap.evaluation.perception.seen import Seen
 from firstlap.evaluation.perception.simulated import measure
-from firstlap.evaluation.perception.truth import LEFT, NEITHER, RIGHT, UNKNOWN, Truth
 from firstlap.recordings import Recording, load_recording
 from firstlap.tracks.library import load_track
 
@@ -26,24 +26,26 @@ AHEAD = ("0.5", "1", "2", "3")
 
 
 @pytest.fixture(scope="module")
-def corridor() -> Truth:
+def corridor() -> GroundTruth:
     """A straight along x, 2 m wide, closed far away so that it is a ring."""
     x = np.arange(0.0, LENGTH, 0.05)
     line = np.vstack([np.column_stack([x, 0.0 * x]), np.column_stack([x[::-1], 0.0 * x + 50.0])])
     wall = np.arange(0.0, LENGTH, 0.02)
     walls = np.vstack([np.column_stack([wall, 0.0 * wall + y]) for y in (1.0, -1.0)])
     sides = np.repeat([LEFT, RIGHT], len(wall)).astype(np.int8)
-    return Truth(line, np.full(len(line), WIDTH), walls, sides)
+    return GroundTruth(line, np.full(len(line), WIDTH), walls, sides)
 
 
-def seen_in_corridor(*, offset: float = 0.0, swapped: bool = False, reach: float = 5.0, width: float = WIDTH) -> Seen:
+def seen_in_corridor(
+    *, offset: float = 0.0, swapped: bool = False, reach: float = 5.0, width: float = WIDTH
+) -> Detection:
     """What a car at (10, 0) that looks along the corridor sees of it; its line `offset` to the left."""
     x = np.arange(-1.0, reach + 0.331, 0.15)
     wall = np.arange(-1.5, 8.0, 0.1)
     points = np.vstack([np.column_stack([wall, 0.0 * wall - 1.0]), np.column_stack([wall, 0.0 * wall + 1.0])])
     side = np.repeat([RIGHT, LEFT], len(wall)).astype(np.int8)
     line = np.column_stack([x, 0.0 * x + offset])
-    return Seen(
+    return Detection(
         status="ok",
         points=points,
         side=-side if swapped else side,
@@ -56,7 +58,7 @@ def seen_in_corridor(*, offset: float = 0.0, swapped: bool = False, reach: float
     )
 
 
-def perceived(truth: Truth, *scans: tuple[Seen, tuple[float, float, float]]) -> dict:
+def perceived(truth: GroundTruth, *scans: tuple[Detection, tuple[float, float, float]]) -> dict:
     perception = Perception(truth)
     for seen, pose in scans:
         perception.add(seen, pose, 0.025)
@@ -172,7 +174,7 @@ def test_ahead_counts_along_the_line_from_beside_the_front_axle():
 
 def test_the_truth_is_midway_between_the_walls_and_its_sides_turn_with_the_direction():
     track = load_track("hairpins")
-    forward, back = Truth.of(track), Truth.of(track.reversed())
+    forward, back = GroundTruth.of(track), GroundTruth.of(track.reversed())
     from firstlap.tracks.medial import distances
 
     left = [w for w, side in zip(track.walls, track.sides, strict=True) if side == "left"]

@@ -17,7 +17,7 @@ from firstlap.common.errors import InputError
 from firstlap.evaluation.replay.continuity import Continuity
 from firstlap.evaluation.replay.replay import Replay
 from firstlap.evaluation.replay.replay import replay as run_replay
-from firstlap.explain.pictures import plot_snapshot
+from firstlap.explain.pictures import plot_step
 from firstlap.explain.snapshot import explain_recording
 from firstlap.perception.scan import Mount
 from firstlap.recordings import Recording, Topics, load_recording
@@ -359,7 +359,7 @@ def test_names_that_are_no_utf8_are_drawn_and_logged_with_question_marks(tmp_pat
     about = load_recording(tmp_path / "a.mcap").about
     assert about is not None
     assert about.what == "replay of n? $x^$"
-    plot_snapshot(explain_recording(recording, load_setup("base"), load_car("default"), 5), tmp_path / "b.png")
+    plot_step(explain_recording(recording, load_setup("base"), load_car("default"), 5), tmp_path / "b.png")
     oval = load_track("oval")
     race(replace(oval, name=name.stem), "base", laps=1).plot(tmp_path / "c.png")
     assert all((tmp_path / picture).read_bytes().startswith(PNG) for picture in ("a.png", "b.png", "c.png"))

@@ -90,7 +90,7 @@ def test_the_results_page_shows_conditions_apart(cli, tmp_path, capsys):
         found = cli("survey", "oval", "--setup", "base", "--laps", 1, "--seeds", 1, "--json", *more)
         files.append(tmp_path / f"{name}.json")
         files[-1].write_text(json.dumps(found.json))
-    spec = importlib.util.spec_from_file_location("results", ROOT / "scripts" / "results.py")
+    spec = importlib.util.spec_from_file_location("results", ROOT / "scripts" / "results_page.py")
     assert spec is not None and spec.loader is not None
     results = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(results)

@@ -27,10 +27,10 @@ from firstlap.config.car_file import load_car
 from firstlap.config.setup_file import load_setup
 from firstlap.pitwall import sim_source
 from firstlap.pitwall.app import serve
-from firstlap.pitwall.authentication import Authentication, Complaints
+from firstlap.pitwall.authentication import Authenticator, Complaints
 from firstlap.pitwall.camera import aspect_of
 from firstlap.pitwall.frame import Frame, Scenery
-from firstlap.pitwall.guarded import BURST, RATE, Allowance, Role, may_pass
+from firstlap.pitwall.guarded_connection import BURST, RATE, Allowance, Role, may_pass
 from firstlap.pitwall.mailbox import Mailbox
 from firstlap.pitwall.recording_source import Planner, RecordingSource
 from firstlap.pitwall.sim_source import SimSource, scenery_of
@@ -51,14 +51,14 @@ class Counted(dict[int, Any]):
 
 
 def test_who_comes_late_is_led_through_what_there_is_and_not_through_all_that_was() -> None:
-    authentication = Authentication()
-    with served(authentication) as server:
+    authenticator = Authenticator()
+    with served(authenticator) as server:
         frame = server.scene.add_frame("/car", show_axes=False)
         buffer = server._websock_server._broadcast_buffer
         buffer.message_counter = EVER
         frame.position = (1.0, 0.0, 0.0)
         buffer.message_from_id = counted = Counted(buffer.message_from_id)
-        viewer = Viewer(authentication).enter()
+        viewer = Viewer(authenticator).enter()
         messages = viewer.heard(0.5)
         frame.position = (2.0, 0.0, 0.0)
         messages += viewer.heard(0.5)
@@ -80,8 +80,8 @@ def test_a_browser_is_heard_so_often_and_no_oftener() -> None:
 
 
 def test_a_flood_of_one_browser_is_slowed_down_and_another_is_heard_at_once() -> None:
-    authentication, moved, pressed = Authentication(), [0], threading.Event()
-    with served(authentication) as server:
+    authenticator, moved, pressed = Authenticator(), [0], threading.Event()
+    with served(authenticator) as server:
         slider = server.gui.add_slider("k_ang", 0.0, 1.0, 0.1, 0.5)
         button = server.gui.add_button("stop")
 
@@ -93,7 +93,7 @@ def test_a_flood_of_one_browser_is_slowed_down_and_another_is_heard_at_once() ->
         async def _(_event: object) -> None:
             pressed.set()
 
-        flood, other = Viewer(authentication).enter(), Viewer(authentication).enter()
+        flood, other = Viewer(authenticator).enter(), Viewer(authenticator).enter()
         began = time.monotonic()
         for i in range(int(BURST) + 400):
             flood.update(slider._impl.uuid, 0.1 * (i % 10))
@@ -181,10 +181,10 @@ class StandIn:
 
 
 def test_a_map_that_comes_late_is_drawn_and_another_one_takes_its_place(arena: firstlap.Track) -> None:
-    source, authentication = StandIn(), Authentication()
-    app = serve(source, port=0, authentication=authentication)  # type: ignore[arg-type]
+    source, authenticator = StandIn(), Authenticator()
+    app = serve(source, port=0, authenticator=authenticator)  # type: ignore[arg-type]
     try:
-        viewer = Viewer(authentication).enter()
+        viewer = Viewer(authenticator).enter()
         assert not fences(viewer.heard(0.5))
         for track in (arena, arena.reversed()):
             source.scenery = scenery_of(track)
@@ -194,7 +194,7 @@ def test_a_map_that_comes_late_is_drawn_and_another_one_takes_its_place(arena: f
         assert gone == ["/map/walls/fence"]
         source.scenery = scenery_of(arena)
         viewer.heard(0.5)
-        late = Viewer(authentication).enter()
+        late = Viewer(authenticator).enter()
         assert len(fences(late.heard(0.6))) == 1, "who comes later sees the map of now, once"
         late.close()
         viewer.close()
@@ -208,20 +208,20 @@ def fences(messages: list[dict[str, Any]]) -> list[str]:
 
 
 def test_who_asked_for_a_name_of_this_machine_may_use_it() -> None:
-    authentication = Authentication()
-    with served(authentication, "localhost"):
-        authentication.host = "pit-wall"  # as if it had been asked for, and were in this machine's hosts file
-        assert get(authentication, Host=f"pit-wall:{authentication.port}")[0] == 200
-        assert get(authentication, Host=f"PIT-WALL:{authentication.port}")[0] == 200
-        assert get(authentication, Host=f"other:{authentication.port}")[0] == 403
-        authentication.host = "*"
-        assert "*" not in authentication.url
+    authenticator = Authenticator()
+    with served(authenticator, "localhost"):
+        authenticator.host = "pit-wall"  # as if it had been asked for, and were in this machine's hosts file
+        assert get(authenticator, Host=f"pit-wall:{authenticator.port}")[0] == 200
+        assert get(authenticator, Host=f"PIT-WALL:{authenticator.port}")[0] == 200
+        assert get(authenticator, Host=f"other:{authenticator.port}")[0] == 403
+        authenticator.host = "*"
+        assert "*" not in authenticator.url
 
 
 @pytest.mark.parametrize("token", ["", "short", "new\nline here", "x" * 201])
 def test_a_token_is_neither_short_nor_long_nor_unprintable(token: str) -> None:
     with pytest.raises(InputError, match="8 to 200 printable"):
-        Authentication(token)
+        Authenticator(token)
 
 
 def test_a_namespace_is_for_ros_only(cli: Callable[..., Said]) -> None:

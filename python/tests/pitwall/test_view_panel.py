@@ -21,11 +21,11 @@ from firstlap.common.errors import InputError
 from firstlap.config.parameters import Field
 from firstlap.config.setup_file import load_setup
 from firstlap.pitwall import controls
-from firstlap.pitwall.authentication import Authentication
+from firstlap.pitwall.authentication import Authenticator
 from firstlap.pitwall.camera import on_ground
-from firstlap.pitwall.drive_shown import heading_along
+from firstlap.pitwall.drive_panel import heading_along
+from firstlap.pitwall.limits_panel import rules_html
 from firstlap.pitwall.panel import Panel, WatchPanel
-from firstlap.pitwall.rules_shown import rules_html
 from firstlap.pitwall.saving import save_setup
 from firstlap.plots.colors import BAD
 
@@ -35,8 +35,8 @@ pytestmark = pytest.mark.filterwarnings("ignore:Queued a .* on a closed connecti
 class Wall:
     """A server with one source; every viewer has a panel, which is updated as the app does."""
 
-    def __init__(self, authentication: Authentication, server: viser.ViserServer, folder: Path) -> None:
-        self.authentication = authentication
+    def __init__(self, authenticator: Authenticator, server: viser.ViserServer, folder: Path) -> None:
+        self.authenticator = authenticator
         self.server = server
         self.folder = folder
         self.source: Standing = StandingCar()
@@ -49,7 +49,7 @@ class Wall:
         self.loop.start()
 
     def _enter(self, client: viser.ClientHandle) -> None:
-        control = self.authentication.may_control(client)
+        control = self.authenticator.may_control(client)
         self.panels[client.client_id] = (
             Panel(client, self.source, self.folder) if control else WatchPanel(client, self.source)
         )
@@ -68,7 +68,7 @@ class Wall:
         """One that sees its controls."""
         self.made.clear()
         before = len(self.panels)
-        viewer = Viewer(self.authentication).enter()
+        viewer = Viewer(self.authenticator).enter()
         assert self.made.wait(5)
         page = Page(viewer)
         page.until(lambda: "rules" in page.text())
@@ -150,9 +150,9 @@ class Page:
 @pytest.fixture(scope="module")
 def whole_wall(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Wall]:
     """Started once."""
-    authentication = Authentication()
-    with served(authentication) as server:
-        wall = Wall(authentication, server, tmp_path_factory.mktemp("setups"))
+    authenticator = Authenticator()
+    with served(authenticator) as server:
+        wall = Wall(authenticator, server, tmp_path_factory.mktemp("setups"))
         yield wall
         wall.done.set()
         wall.loop.join()
@@ -327,9 +327,9 @@ def test_the_rules_are_recomputed_and_red_where_broken(wall: Wall, page: Page) -
 
 
 def test_names_in_the_rules_are_text() -> None:
-    from firstlap.evaluation.rules import Rule
+    from firstlap.evaluation.setup_limits import LimitCheck
 
-    assert "<script>" not in rules_html([Rule("<script>", "<script>", 1.0, "<script>", "", False, "<script>")])
+    assert "<script>" not in rules_html([LimitCheck("<script>", "<script>", 1.0, "<script>", "", False, "<script>")])
 
 
 def test_the_emergency_stop_is_a_button_and_two_keys(wall: Wall, page: Page) -> None:
@@ -350,7 +350,7 @@ def test_the_key_that_stops_does_not_press_go_as_well(wall: Wall, page: Page, mo
     page.press("Go")
     page.look(0.2)
     assert wall.source.orders == ["stop"]
-    monkeypatch.setattr("firstlap.pitwall.drive_shown.SECOND_THOUGHTS", 0.0)
+    monkeypatch.setattr("firstlap.pitwall.drive_panel.SECOND_THOUGHTS", 0.0)
     page.press("Go")
     wait_until(lambda: wall.source.orders == ["stop", "go"])
 
@@ -461,7 +461,7 @@ def test_a_link_that_leads_elsewhere_is_replaced_not_followed(tmp_path: Path) ->
 
 
 def test_a_watcher_has_nothing_to_turn(wall: Wall, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(wall.authentication, "may_control", lambda client: False)
+    monkeypatch.setattr(wall.authenticator, "may_control", lambda client: False)
     with wall.viewer() as page:
         page.until(lambda: "rules" in page.text())
         assert {element["kind"] for element in page.elements.values()} == {"GuiHtmlMessage"}

@@ -21,7 +21,7 @@ from viewing import Viewer, served, wait_until
 import firstlap
 from firstlap.config.car_file import load_car
 from firstlap.pitwall.app import App
-from firstlap.pitwall.authentication import Authentication
+from firstlap.pitwall.authentication import Authenticator
 from firstlap.pitwall.camera import FOLLOW, FREE, TURN, Viewpoint
 from firstlap.pitwall.frame import DrivenLap, Frame, Scenery
 from firstlap.pitwall.lap_table import LapTable, table_of
@@ -42,7 +42,7 @@ DRIVERS = ("local", "gap", "disparity", "pid")
 @pytest.fixture(scope="module")
 def server() -> Iterator[viser.ViserServer]:
     """One for all."""
-    with served(Authentication()) as opened:
+    with served(Authenticator()) as opened:
         yield opened
 
 
@@ -400,20 +400,20 @@ def test_compose_and_inverse_undo_each_other() -> None:
 
 
 @pytest.fixture(scope="module")
-def wall(arena: firstlap.Track) -> Iterator[tuple[App, Authentication]]:
+def wall(arena: firstlap.Track) -> Iterator[tuple[App, Authenticator]]:
     """A whole pit wall with a race."""
-    source, authentication = Racing(arena), Authentication()
-    server = authentication.open(port=0)
-    app = App(source, server, authentication, None)
+    source, authenticator = Racing(arena), Authenticator()
+    server = authenticator.open(port=0)
+    app = App(source, server, authenticator, None)
     source.start()
-    yield app, authentication
+    yield app, authenticator
     app.close()
     source.close()
 
 
-def test_frames_reach_every_viewer_and_none_has_what_another_hides(wall: tuple[App, Authentication]) -> None:
-    app, authentication = wall
-    viewers = [Viewer(authentication).enter() for _ in range(2)]
+def test_frames_reach_every_viewer_and_none_has_what_another_hides(wall: tuple[App, Authenticator]) -> None:
+    app, authenticator = wall
+    viewers = [Viewer(authenticator).enter() for _ in range(2)]
     wait_until(lambda: app.viewers == 2)
     one, other = (app._viewpoints[key] for key in sorted(app._viewpoints))
     one.hide(RETURNS, True)
@@ -428,9 +428,9 @@ def test_frames_reach_every_viewer_and_none_has_what_another_hides(wall: tuple[A
     wait_until(lambda: app.viewers == 0)
 
 
-def test_a_click_means_the_place_on_the_map_in_every_mode(wall: tuple[App, Authentication]) -> None:
-    app, authentication = wall
-    viewer = Viewer(authentication).enter()
+def test_a_click_means_the_place_on_the_map_in_every_mode(wall: tuple[App, Authenticator]) -> None:
+    app, authenticator = wall
+    viewer = Viewer(authenticator).enter()
     wait_until(lambda: app.viewers == 1)
     (client,) = app._server.get_clients().values()
     point, pose = Viewpoint(client, Scenery()), (3.0, 1.0, math.pi / 2)
@@ -449,7 +449,7 @@ def test_a_click_means_the_place_on_the_map_in_every_mode(wall: tuple[App, Authe
 
 
 def test_a_frame_that_cannot_be_shown_is_said_once_and_the_next_one_is_shown(
-    wall: tuple[App, Authentication], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    wall: tuple[App, Authenticator], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     app, _ = wall
     said: list[str] = []
@@ -470,9 +470,9 @@ def test_a_closed_pit_wall_leaves_no_thread_and_says_nothing(
     arena: firstlap.Track, capfd: pytest.CaptureFixture[str]
 ) -> None:
     before = set(threading.enumerate())
-    authentication = Authentication()
-    app = App(Racing(arena), authentication.open(port=0), authentication, None)
-    viewer = Viewer(authentication).enter()
+    authenticator = Authenticator()
+    app = App(Racing(arena), authenticator.open(port=0), authenticator, None)
+    viewer = Viewer(authenticator).enter()
     wait_until(lambda: app.viewers == 1)
     app.close()
     app.close()

@@ -24,7 +24,7 @@ from firstlap.ros import sim_messages as make
 from firstlap.ros.domains import own_domain
 from firstlap.ros.drive_node import DriveNode
 from firstlap.ros.latency import lap_of_scans
-from firstlap.ros.process import spare_the_collector
+from firstlap.ros.process import pause_gc
 from firstlap.ros.qos import NEWEST, NEWEST_LATCHED
 
 pytestmark = pytest.mark.dds
@@ -134,11 +134,11 @@ def bench(tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
 def test_no_callback_takes_long_and_none_imports_anything(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
     node = bench.node
     node.trigger_configure()
-    monkeypatch.setattr("firstlap.ros.rivals.SETTLE", 0.0)
+    monkeypatch.setattr("firstlap.ros.other_drivers.SETTLE", 0.0)
     for topic in ("/firstlap_drive/markers", "/firstlap_drive/trace"):
         while not node.count_subscribers(topic):
             time.sleep(0.02)
-    spare_the_collector()
+    pause_gc()
     before = set(sys.modules)
     bench.began = node.now() - 0.9 * MAX_AGE  # it runs faster than time
     bench.call(node.on_deadman, Joy(buttons=[0, 0]))

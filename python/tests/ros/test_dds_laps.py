@@ -20,7 +20,7 @@ from visualization_msgs.msg import MarkerArray
 import firstlap
 from firstlap.pitwall.ros_source import RosSource
 from firstlap.ros.conversions import yaw_of
-from firstlap.sim.simulate import Lidar
+from firstlap.sim.lidar import Lidar
 
 pytestmark = pytest.mark.dds
 

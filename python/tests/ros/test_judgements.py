@@ -33,7 +33,7 @@ from firstlap.ros.preflight import (
     turn_between,
 )
 from firstlap.ros.sim_topics import gym_names, our_names
-from firstlap.sim.simulate import Lidar
+from firstlap.sim.lidar import Lidar
 
 
 def scan_message(ranges: Any, **changes: Any) -> Any:

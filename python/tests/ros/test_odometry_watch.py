@@ -12,7 +12,7 @@ import pytest
 import firstlap
 from firstlap.perception.scan import Mount, Scan
 from firstlap.ros.odometry_watch import OdometryWatch
-from firstlap.sim.simulate import Lidar
+from firstlap.sim.lidar import Lidar
 
 PERIOD = 0.05
 MOUNT = Mount(0.27, 0.0, 0.0, False)

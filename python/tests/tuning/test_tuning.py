@@ -13,13 +13,21 @@ import firstlap
 from firstlap.common.errors import InputError
 from firstlap.config.setup_file import load_setup
 from firstlap.tuning.candidate import Verdict, judge
-from firstlap.tuning.choose import choose, front
 from firstlap.tuning.pool import LocalPool
 from firstlap.tuning.search import Budget, Search, parse_budget
+from firstlap.tuning.selection import choose, pareto_front
 from firstlap.tuning.session import make_session
 from firstlap.tuning.space import make_space
-from firstlap.tuning.spread import JUDGE_FIELDS, SPREAD_NAMES, changed_car, checks, corners, drawn, judge_values
 from firstlap.tuning.study import Trial, only_one, open_study
+from firstlap.tuning.variation import (
+    EVALUATION_FIELDS,
+    SPREAD_NAMES,
+    changed_car,
+    checks,
+    corners,
+    drawn,
+    evaluation_values,
+)
 
 FEW = "a_y_max,v_max,k_ang"
 
@@ -37,7 +45,7 @@ def session_of(track: firstlap.Track, **options):
         "driver": None,
         "start": None,
         "car": firstlap.load_car("default"),
-        "judge": judge_values(),
+        "judge": evaluation_values(),
         "seeds": 2,
         "only": FEW,
     }
@@ -135,7 +143,7 @@ def test_seeds_of_search_choice_and_validation_never_meet():
 
 def test_the_spread_changes_the_car_by_what_the_table_says():
     car = firstlap.load_car("default")
-    spread = {name: judge_values()[name] for name in SPREAD_NAMES}
+    spread = {name: evaluation_values()[name] for name in SPREAD_NAMES}
     worst, plain_car = changed_car(car, spread, corners(1, 1)[0]).core, car.core
     ratio = {
         name: worst.get("vehicle", name) / plain_car.get("vehicle", name)
@@ -180,7 +188,7 @@ def test_the_front_holds_what_nothing_else_beats():
         return Trial(number, {}, Verdict([lap], [1.0], [clearance], 0.1), lap)
 
     trials = [trial(0, 12.0, 0.5), trial(1, 11.0, 0.2), trial(2, 11.5, 0.2), trial(3, 10.0, 0.0), trial(4, 13.0, 0.4)]
-    assert [t.number for t in front(trials)] == [3, 1, 0]
+    assert [t.number for t in pareto_front(trials)] == [3, 1, 0]
 
 
 @pytest.mark.parametrize(
@@ -197,10 +205,10 @@ def test_a_budget_of_nothing_is_refused(text: str):
 
 
 def test_the_table_of_the_judge_names_each_row_once():
-    names = [row.name for row in JUDGE_FIELDS.fields]
+    names = [row.name for row in EVALUATION_FIELDS.fields]
     assert len(set(names)) == len(names)
     with pytest.raises(InputError, match="margin"):
-        judge_values(["margn=1"])
+        evaluation_values(["margn=1"])
 
 
 def test_a_study_is_tuned_by_one_process_at_a_time(tmp_path: Path):
@@ -259,7 +267,7 @@ def test_the_fastest_seen_is_never_slower_on_fresh_seeds_than_what_holds(oval):
     base, race = (load_setup(name).given for name in ("base", "race"))
     held = Verdict([9.0] * 2, [1.0] * 2, [0.5] * 2, 0.08)
     trials = [Trial(0, base, replace(held, laps=[5.0] * 2), 5.0), Trial(1, race, held, 9.0)]
-    judging = judge_values(["check_seeds=2", "check_laps=2"])
+    judging = evaluation_values(["check_seeds=2", "check_laps=2"])
     pool = LocalPool("local", 2)
     try:
         choice = choose(session.problem(), trials, base, pool, judging, 1, lambda _what, _races: None)

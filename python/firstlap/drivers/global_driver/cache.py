@@ -22,7 +22,7 @@ SOURCES = (
     "tracks",
     "drivers/mapping_drive.py",
     "drivers/global_driver/prepare.py",
-    "drivers/global_driver/road.py",
+    "drivers/global_driver/drivable_area.py",
     "control/mpc/model.py",
 )
 """What of the package's Python a map or a line is made by."""

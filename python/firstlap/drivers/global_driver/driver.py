@@ -14,10 +14,10 @@ from firstlap.config.car_file import Car
 from firstlap.config.setup_file import load_setup
 from firstlap.control.mpc.controller import Controller, Step
 from firstlap.control.mpc.observer import finite
-from firstlap.drivers.global_driver.anywhere import Anywhere
 from firstlap.drivers.global_driver.guard import Guard, returns, way_ahead
 from firstlap.drivers.global_driver.params import Parts
 from firstlap.drivers.global_driver.prepare import MAPPING_SETUP, Prepared
+from firstlap.drivers.global_driver.relocalization import Relocalization
 from firstlap.localization.localizer import Estimate, Localizer, ScanHeader
 from firstlap.mapping.alignment import align
 from firstlap.mapping.observation import motion_of
@@ -50,7 +50,7 @@ class GlobalDriver:
         self.controller = Controller(prepared.line, prepared.walls, car, parts.mpc, clock=thread_time)
         self.guard = Guard(parts.guard, car, self.controller.model)
         path = prepared.line.path
-        self._anywhere = Anywhere(parts.guard, prepared.known.field(), path.points, path.heading)
+        self._anywhere = Relocalization(parts.guard, prepared.known.field(), path.points, path.heading)
         self._by_scan = _core.Racer(load_setup(MAPPING_SETUP).params(car.core))
         self._race: _core.Race | None = None
         self._frame: FloatArray | None = None
@@ -71,13 +71,13 @@ class GlobalDriver:
         self.estimate: Estimate | None = None
         self.seen: dict[str, Any] = {}
 
-    def starts_at(self, share: float) -> None:
+    def set_start(self, share: float) -> None:
         """Where the car is put down, as a share of a lap after the map's start: known as people know it, roughly."""
         walls, share = self.prepared.walls, share % 1.0
         self._start = walls.start_pose(share * walls.length) if share else self.prepared.known.start or self._start
         self.reset()
 
-    def see_truth(self, race: _core.Race | None, track: Track) -> None:
+    def use_true_pose(self, race: _core.Race | None, track: Track) -> None:
         """For the ablation: the simulator's pose, laid on the map by the best fit of its walls."""
         self._race = race if self.parts.guard.true_pose else None
         if self._race is not None:
@@ -221,13 +221,13 @@ class GlobalHandle:
         self.driver = GlobalDriver(parts, car, prepared)
         self.core: _core.Driver = _core.CallbackDriver(self.driver)
 
-    def starts_at(self, share: float) -> None:
+    def set_start(self, share: float) -> None:
         """Where it will be put down, as a share of a lap after the start line."""
-        self.driver.starts_at(share)
+        self.driver.set_start(share)
 
-    def see_truth(self, race: _core.Race | None, track: Track) -> None:
+    def use_true_pose(self, race: _core.Race | None, track: Track) -> None:
         """For the ablation, before the first step and after the last."""
-        self.driver.see_truth(race, track)
+        self.driver.use_true_pose(race, track)
 
     @property
     def trace(self) -> dict[str, Any]:

@@ -15,8 +15,8 @@ from firstlap.config.car_file import Car
 from firstlap.config.driver_kind import Preparation, ProgressCallback
 from firstlap.config.setup_file import load_setup
 from firstlap.drivers.global_driver.cache import key_of, stored
+from firstlap.drivers.global_driver.drivable_area import road_of
 from firstlap.drivers.global_driver.params import Parts
-from firstlap.drivers.global_driver.road import road_of
 from firstlap.drivers.mapping_drive import map_track
 from firstlap.mapping.occupancy_map import OccupancyMap, read_map, write_map
 from firstlap.planning.raceline.line import RaceLine, make_line

@@ -26,8 +26,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from firstlap.evaluation.perception.seen import Seen
-from firstlap.evaluation.perception.truth import LEFT, NEITHER, RIGHT, UNKNOWN, Truth
+from firstlap.evaluation.perception.detections import Detection
+from firstlap.evaluation.perception.ground_truth import LEFT, NEITHER, RIGHT, UNKNOWN, GroundTruth
 from firstlap.evaluation.replay.continuity import BIG_JUMP, is_touched, jump_of
 from firstlap.recordings.recording import LONGEST_PAUSE
 
@@ -82,7 +82,7 @@ class Perception:
     truth: where it is known. tolerance: how far a return may lie from its true wall [m].
     """
 
-    truth: Truth | None = None
+    truth: GroundTruth | None = None
     tolerance: float = 0.15
     scans: int = 0
     meters: float = 0.0
@@ -96,9 +96,9 @@ class Perception:
     jumps: list[float] = field(default_factory=list)
     bad: list[bool] = field(default_factory=list)
     wrong_labels: list[int] = field(default_factory=list)
-    _before: tuple[Seen, Pose] | None = None
+    _before: tuple[Detection, Pose] | None = None
 
-    def add(self, seen: Seen, pose: Pose, dt: float) -> None:
+    def add(self, seen: Detection, pose: Pose, dt: float) -> None:
         """One scan.
 
         seen: what was seen of it. pose: of base_link at its end, in the map or by odometry. dt: [s] since the last.
@@ -114,7 +114,7 @@ class Perception:
             self._judge_labels(seen, pose)
         self._before = (seen, pose)
 
-    def _compare(self, seen: Seen, pose: Pose, paused: bool) -> None:
+    def _compare(self, seen: Detection, pose: Pose, paused: bool) -> None:
         if self._before is None or paused:
             return
         before, pose_before = self._before
@@ -125,7 +125,7 @@ class Perception:
         if len(before.path) >= 2 and len(seen.path) >= 2:
             self.jumps.append(jump_of(to_world(seen.path, pose), to_world(before.path, pose_before)))
 
-    def _judge_line(self, seen: Seen, pose: Pose, way: FloatArray, line: FloatArray) -> None:
+    def _judge_line(self, seen: Detection, pose: Pose, way: FloatArray, line: FloatArray) -> None:
         assert self.truth is not None
         front = to_world(np.array([[seen.front, 0.0]]), pose)[0]
         station = self.truth.station(front[0], front[1], pose[2])
@@ -151,7 +151,7 @@ class Perception:
             width = np.where(index >= 0, planned - self.truth.width[index], np.nan)
         self.width_errors.append(width)
 
-    def _judge_labels(self, seen: Seen, pose: Pose) -> None:
+    def _judge_labels(self, seen: Detection, pose: Pose) -> None:
         assert self.truth is not None
         if len(seen.points) == 0:
             return

@@ -9,13 +9,13 @@ import numpy as np
 from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 
-from firstlap.evaluation.perception.truth import LEFT as LEFT_SIDE
-from firstlap.evaluation.perception.truth import RIGHT as RIGHT_SIDE
+from firstlap.evaluation.perception.ground_truth import LEFT as LEFT_SIDE
+from firstlap.evaluation.perception.ground_truth import RIGHT as RIGHT_SIDE
 from firstlap.plots.colors import BAD, FAINT, INK, LEFT, RIGHT
 from firstlap.plots.primitives import new_figure, save
 
 if TYPE_CHECKING:
-    from firstlap.evaluation.perception.against_map import AgainstMap
+    from firstlap.evaluation.perception.map_comparison import MapComparison
 
 LINE = "#2e7d32"
 SHOWN = 60_000
@@ -23,7 +23,7 @@ AHEAD_SHOWN = 25
 """Points of each line drawn: some 3 m ahead of the car, so that lines do not hide each other."""
 
 
-def plot_against_map(found: AgainstMap, path: str | Path) -> None:
+def plot_against_map(found: MapComparison, path: str | Path) -> None:
     """Writes walls seen by side and centerlines planned over the map's walls; bad scans' lines in red."""
     corners = np.vstack(found.track.walls)
     low, high = corners.min(axis=0) - 0.5, corners.max(axis=0) + 0.5

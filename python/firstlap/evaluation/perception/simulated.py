@@ -8,9 +8,9 @@ from firstlap import _core
 from firstlap.config.car_file import Car
 from firstlap.config.setup_file import Setup
 from firstlap.drivers.racer import Racer
+from firstlap.evaluation.perception.detections import Detection
+from firstlap.evaluation.perception.ground_truth import GroundTruth
 from firstlap.evaluation.perception.metrics import Perception
-from firstlap.evaluation.perception.seen import Seen
-from firstlap.evaluation.perception.truth import Truth
 from firstlap.sim.race import start_race
 from firstlap.tracks.track import Track
 
@@ -23,7 +23,7 @@ def measure(
     laps: int = 1,
     seed: int = 1,
     look: Callable[[_core.Race], object] | None = None,
-    each: Callable[[Seen, tuple[float, float, float], Perception], object] | None = None,
+    each: Callable[[Detection, tuple[float, float, float], Perception], object] | None = None,
 ) -> tuple[Perception, str]:
     """Races `track` in its direction and measures every scan on the way; also how the race ended.
 
@@ -32,11 +32,11 @@ def measure(
     """
     racer = Racer(setup, car)
     running = start_race(track, racer, car, laps=laps, seed=seed)
-    perception = Perception(Truth.of(track))
+    perception = Perception(GroundTruth.of(track))
     front = setup.params(car.core).values()["car"]["wheelbase"]
     time = running.time
     while running.advance():
-        seen = Seen.of(racer.trace, front)
+        seen = Detection.of(racer.trace, front)
         perception.add(seen, running.pose, running.time - time)
         time = running.time
         if each:

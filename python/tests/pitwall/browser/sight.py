@@ -13,7 +13,7 @@ from PIL import Image
 from screens import SHOTS
 
 from firstlap.pitwall.app import App, serve
-from firstlap.pitwall.authentication import Authentication
+from firstlap.pitwall.authentication import Authenticator
 from firstlap.pitwall.panel import Panel, WatchPanel
 from firstlap.pitwall.source import Source
 
@@ -170,11 +170,11 @@ def near(picture: np.ndarray, color: tuple[int, int, int], within: int = 40) -> 
     return int((np.abs(picture - np.asarray(color)).max(axis=2) <= within).sum())
 
 
-def wall(source: Source, token: str | None = None) -> tuple[Authentication, App]:
+def wall(source: Source, token: str | None = None) -> tuple[Authenticator, App]:
     """As `firstlap view` puts it together."""
 
     def panel(client: Any, may_control: bool, on_map: Any) -> Any:
         return Panel(client, source, on_map=on_map) if may_control else WatchPanel(client, source)
 
-    authentication = Authentication(token)
-    return authentication, serve(source, port=0, authentication=authentication, panel=panel)
+    authenticator = Authenticator(token)
+    return authenticator, serve(source, port=0, authenticator=authenticator, panel=panel)

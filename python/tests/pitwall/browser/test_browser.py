@@ -34,7 +34,7 @@ class Pit:
         self.browser = browser
         self.source = SimSource(load_track("oval"), load_setup("sure"), load_car("default"))
         self.source.start()
-        self.authentication, self.app = wall(self.source, token)
+        self.authenticator, self.app = wall(self.source, token)
 
     def close(self) -> None:
         """And the race."""
@@ -43,7 +43,7 @@ class Pit:
 
     def see(self, width: int = 1000, fine: float = 0.1) -> Sight:
         """Another viewer."""
-        return Sight(self.browser, self.authentication.url, width, fine=fine).ready()
+        return Sight(self.browser, self.authenticator.url, width, fine=fine).ready()
 
 
 @pytest.fixture(scope="module")

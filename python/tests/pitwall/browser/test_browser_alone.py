@@ -31,14 +31,14 @@ WAIT = 90.0
 def test_a_wrong_token_sees_nothing_and_a_watcher_has_no_controls(browser: Browser) -> None:
     source = SimSource(load_track("oval"), load_setup("sure"), load_car("default"))
     source.start()
-    authentication, app = wall(source, "green flag 1")
+    authenticator, app = wall(source, "green flag 1")
     try:
-        stranger = Sight(browser, f"http://127.0.0.1:{authentication.port}/?token=red+flag")
+        stranger = Sight(browser, f"http://127.0.0.1:{authenticator.port}/?token=red+flag")
         assert "token" in stranger.text()
         assert stranger.page.locator("canvas").count() == 0
         stranger.close()
-        assert authentication.watch_url is not None
-        watcher = Sight(browser, authentication.watch_url).ready()
+        assert authenticator.watch_url is not None
+        watcher = Sight(browser, authenticator.watch_url).ready()
         watcher.page.keyboard.press("Space")
         watcher.page.wait_for_timeout(300)
         assert "EMERGENCY STOP" not in watcher.text()
@@ -55,9 +55,9 @@ def test_a_wrong_token_sees_nothing_and_a_watcher_has_no_controls(browser: Brows
 def test_on_a_phone_the_emergency_stop_is_seen_without_scrolling(browser: Browser) -> None:
     source = SimSource(load_track("oval"), load_setup("sure"), load_car("default"))
     source.start()
-    authentication, app = wall(source)
+    authenticator, app = wall(source)
     try:
-        phone = Sight(browser, authentication.url, 400, 800).ready()
+        phone = Sight(browser, authenticator.url, 400, 800).ready()
         seen = phone.page.get_by_role("button", name="EMERGENCY STOP").first.bounding_box()
         assert seen is not None
         assert seen["y"] + seen["height"] < 800.0
@@ -65,9 +65,9 @@ def test_on_a_phone_the_emergency_stop_is_seen_without_scrolling(browser: Browse
         phone.until(lambda: not source.latest().going)
         phone.picture("phone")
         phone.close()
-        desk = Sight(browser, authentication.url).ready()
-        desk.until(lambda: desk.page.get_by_role("button", name="EMERGENCY STOP").count() == 1)
-        desk.close()
+        session = Sight(browser, authenticator.url).ready()
+        session.until(lambda: session.page.get_by_role("button", name="EMERGENCY STOP").count() == 1)
+        session.close()
     finally:
         app.close()
         source.close()
@@ -80,8 +80,8 @@ def test_a_recording_is_paused_stepped_and_planned_anew(browser: Browser, cli: A
     assert cli("race", "oval", "--laps", "1", "--record", tmp_path / "lap.mcap").code == 0
     source = RecordingSource(load_recording(tmp_path / "lap.mcap"), load_setup("sure"), load_car("default"))
     source.start()
-    authentication, app = wall(source)
-    sight = Sight(browser, authentication.url)
+    authenticator, app = wall(source)
+    sight = Sight(browser, authenticator.url)
     try:
         where = re.compile(r"scan (\d+) of (\d+)")
         sight.until(lambda: where.search(sight.text()))

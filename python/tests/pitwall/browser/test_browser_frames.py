@@ -17,7 +17,7 @@ from sight import PLACES, Sight
 from firstlap.config.car_file import load_car
 from firstlap.config.setup_file import load_setup
 from firstlap.pitwall.app import App, serve
-from firstlap.pitwall.authentication import Authentication
+from firstlap.pitwall.authentication import Authenticator
 from firstlap.pitwall.camera import FOLLOW, FREE, TURN
 from firstlap.pitwall.frame import Frame, Scenery
 from firstlap.plots.colors import INK, LEFT, LINE, rgb
@@ -77,9 +77,9 @@ class Jumping:
 @pytest.fixture(scope="module")
 def watched(browser: Browser) -> Iterator[tuple[App, Sight]]:
     """One page before it."""
-    source, authentication = Jumping(), Authentication()
-    app = serve(source, port=0, authentication=authentication)
-    sight = Sight(browser, authentication.url, 1250, fine=0.5, script=PLACES).ready()
+    source, authenticator = Jumping(), Authenticator()
+    app = serve(source, port=0, authenticator=authenticator)
+    sight = Sight(browser, authenticator.url, 1250, fine=0.5, script=PLACES).ready()
     yield app, sight
     sight.close()
     app.close()

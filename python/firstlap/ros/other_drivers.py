@@ -13,7 +13,7 @@ from firstlap.ros.claims import SETTLE, Claims
 from firstlap.ros.qos import NEWEST_LATCHED
 
 
-class Rivals:
+class OtherDrivers:
     """Of a driving node that commands on `topic`."""
 
     def __init__(self, node: Any, topic: str) -> None:

@@ -14,9 +14,9 @@ from firstlap.common.errors import InputError
 from firstlap.config.car_file import Car
 from firstlap.config.setup_file import Setup
 from firstlap.drivers.racer import Racer
+from firstlap.evaluation.perception.detections import Detection
+from firstlap.evaluation.perception.ground_truth import LEFT, RIGHT, GroundTruth
 from firstlap.evaluation.perception.metrics import Perception, to_world
-from firstlap.evaluation.perception.seen import Seen
-from firstlap.evaluation.perception.truth import LEFT, RIGHT, Truth
 from firstlap.evaluation.replay.replay import prepared
 from firstlap.recordings.laser import car_of
 from firstlap.recordings.recording import Recording
@@ -30,7 +30,7 @@ TOLERANCE = 0.3
 
 
 @dataclass
-class AgainstMap:
+class MapComparison:
     """What a recording's scans were seen as, and how far that is from the map."""
 
     name: str
@@ -70,8 +70,8 @@ def measure(
     *,
     mask_body: bool = True,
     look: Callable[[int], object] | None = None,
-    each: Callable[[Seen, tuple[float, float, float], Perception], object] | None = None,
-) -> AgainstMap:
+    each: Callable[[Detection, tuple[float, float, float], Perception], object] | None = None,
+) -> MapComparison:
     """Replays every scan of a recording with poses and measures it against the map at `map_path`.
 
     The direction of travel is the car's own: left and right change where it turns round. mask_body: as for
@@ -82,12 +82,12 @@ def measure(
     if poses is None:
         raise InputError(f"{recording.name}: has no poses; only a recording with poses can be held against a map")
     track = load_track(str(map_path))
-    forward = Truth.of(track)
+    forward = GroundTruth.of(track)
     check_on_map(recording, forward, poses, map_path)
     backward = forward.reversed()
     perception = Perception(forward, tolerance=TOLERANCE)
     car = car_of(recording, car)
-    found = AgainstMap(recording.name, track, setup, car, perception)
+    found = MapComparison(recording.name, track, setup, car, perception)
     setup, _, _ = prepared(recording, setup, mask_body)
     racer = Racer(setup, car)
     front = setup.params(car.core).values()["car"]["wheelbase"]
@@ -107,7 +107,7 @@ def measure(
             range_max=float(header[4]),
         )
         x, y, yaw = (float(v) for v in poses[i])
-        seen = Seen.of(racer.trace, front)
+        seen = Detection.of(racer.trace, front)
         reverse = forward.along(x, y, yaw) < 0.0
         perception.truth = backward if reverse else forward
         found.in_reverse.append(reverse)
@@ -122,7 +122,7 @@ def measure(
     return found
 
 
-def check_on_map(recording: Recording, truth: Truth, poses: FloatArray, map_path: str | Path) -> None:
+def check_on_map(recording: Recording, truth: GroundTruth, poses: FloatArray, map_path: str | Path) -> None:
     """Poses of another map, or of odometry that knows none, would only measure nonsense."""
     if recording.frame == "odom":
         raise InputError(

@@ -28,7 +28,7 @@ def _row(section: str, name: str, unit: str, span: tuple[float, float], default:
     }
 
 
-JUDGE_FIELDS = FieldTable(
+EVALUATION_FIELDS = FieldTable(
     [
         _row("spread", "friction", "", (0.0, 0.5), 0.1, "tire grip differs by this share, either way"),
         _row("spread", "delay", "s", (0.0, 0.1), 0.02, "steering and speed delay differ by this, never below zero"),
@@ -63,7 +63,7 @@ JUDGE_FIELDS = FieldTable(
 )
 """The one table of how candidates are judged; the option --judge changes a value of it."""
 
-SPREAD_NAMES = tuple(row.name for row in JUDGE_FIELDS.fields if row.section == "spread")
+SPREAD_NAMES = tuple(row.name for row in EVALUATION_FIELDS.fields if row.section == "spread")
 WORST = {"friction": -1.0, "delay": 1.0, "servo": 1.0}
 """The ends at which a car is hardest to hold, where that is known."""
 BLOCK = 1_000_000_000
@@ -78,11 +78,11 @@ class Conditions:
     share: Mapping[str, float]
 
 
-def judge_values(assignments: list[str] | None = None) -> dict[str, float]:
+def evaluation_values(assignments: list[str] | None = None) -> dict[str, float]:
     """{name: value} of the table with the changes of --judge. Raises InputError."""
-    values = {row.name: float(row.default) for row in JUDGE_FIELDS.fields}
+    values = {row.name: float(row.default) for row in EVALUATION_FIELDS.fields}
     for text in assignments or []:
-        row, value = JUDGE_FIELDS.parse_assignment(text, "--judge", "margin=0.1")
+        row, value = EVALUATION_FIELDS.parse_assignment(text, "--judge", "margin=0.1")
         values[row.name] = float(value)
     return values
 

@@ -1,6 +1,6 @@
 """Write docs/hardware.md from the output of `firstlap survey --lidar ... --json`.
 
-Usage: scripts/hardware.py LIDAR.json... --seams SEAM.json... >docs/hardware.md
+Usage: scripts/hardware_page.py LIDAR.json... --seams SEAM.json... >docs/hardware.md
 
 The page lists the commands.
 """

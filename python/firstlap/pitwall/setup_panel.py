@@ -9,9 +9,9 @@ from viser import Icon
 
 from firstlap.config.driver_kind import DRIVERS, driver_kind
 from firstlap.config.setup_file import Setup, list_setups, load_setup
-from firstlap.pitwall.desk import Desk, assign
 from firstlap.pitwall.saving import save_setup
 from firstlap.pitwall.source import Simulates, Source
+from firstlap.pitwall.viewer_session import ViewerSession, assign
 
 
 def drivers(source: Source) -> list[str]:
@@ -19,26 +19,26 @@ def drivers(source: Source) -> list[str]:
     return [name for name in DRIVERS if isinstance(source, Simulates) or not driver_kind(name).needs_map]
 
 
-class SetupShown:
+class SetupPanel:
     """In the container that is open. folder: where setups are saved."""
 
-    def __init__(self, desk: Desk, source: Source, folder: Path) -> None:
-        self._desk = desk
+    def __init__(self, session: ViewerSession, source: Source, folder: Path) -> None:
+        self._session = session
         self._source = source
         self._folder = folder
         self._files: dict[str, Path] = {}
-        gui = desk.gui
+        gui = session.gui
         loaded = source.loaded
         names = drivers(source)
         options = names if loaded.driver in names else [loaded.driver, *names]
         self._driver = gui.add_dropdown("driver", options, initial_value=loaded.driver, hint=self._titles(names))
-        self._driver.on_update(desk.choice("driver", self._choose_driver, self.load))
+        self._driver.on_update(session.choice("driver", self._choose_driver, self.load))
         self._setup = gui.add_dropdown("setup", [loaded.name], hint="our own, the loaded one, and those saved here")
-        self._setup.on_update(desk.choice("setup", self._choose_setup, self.load))
+        self._setup.on_update(session.choice("setup", self._choose_setup, self.load))
         with gui.add_folder("Save"):
             self._name = gui.add_text("name", "", hint="of a new setup file, without its .yaml")
             self._replace = gui.add_checkbox("replace", False, hint="a file of that name that is there already")
-            gui.add_button("Save setup", icon=Icon.DEVICE_FLOPPY).on_click(desk.click("save", self._save))
+            gui.add_button("Save setup", icon=Icon.DEVICE_FLOPPY).on_click(session.click("save", self._save))
         self.load()
 
     def load(self) -> None:
@@ -76,4 +76,4 @@ class SetupShown:
         self._files[path.stem] = path
         assign(self._replace, "value", False)
         self.load()
-        self._desk.tell(f"saved {path.name}", f"race it: firstlap race TRACK --setup {path.name}")
+        self._session.tell(f"saved {path.name}", f"race it: firstlap race TRACK --setup {path.name}")

@@ -12,9 +12,9 @@ import viser
 from viser import Icon
 
 from firstlap.pitwall.camera import OnMap
-from firstlap.pitwall.desk import Desk, assign
 from firstlap.pitwall.frame import Frame, Points, Pose
 from firstlap.pitwall.source import Drives, Simulates
+from firstlap.pitwall.viewer_session import ViewerSession, assign
 from firstlap.plots.colors import BAD, GOOD
 
 SECOND_THOUGHTS = 0.5
@@ -29,14 +29,14 @@ SPACE: Literal["space"] = "space"
 ESCAPE: Literal["escape"] = "escape"
 
 
-class DriveShown:
+class DrivePanel:
     """In a panel of its own, which no tab and no scrolling hides."""
 
-    def __init__(self, desk: Desk, source: Drives) -> None:
-        self._desk = desk
+    def __init__(self, session: ViewerSession, source: Drives) -> None:
+        self._session = session
         self._source = source
         self._stopped = -math.inf
-        gui = desk.gui
+        gui = session.gui
         for button in self._stop_and_go():
             gui.add_html(NARROW.format(uuid=button._impl.uuid))
         self._panel = gui.add_panel()
@@ -44,8 +44,8 @@ class DriveShown:
             self._stop_and_go()
             if isinstance(source, Simulates):
                 restart = gui.add_button("Restart", color="gray", icon=Icon.ROTATE_CLOCKWISE)
-                restart.on_click(desk.click("restart", source.restart))
-            self._state = StateShown(gui)
+                restart.on_click(session.click("restart", source.restart))
+            self._state = StatePanel(gui)
         # A corner of what is left between the docked panels; notices come in another one.
         self._panel.float(x=-12, y=-12, width=WIDTH)
         self._panel.expand()
@@ -61,12 +61,12 @@ class DriveShown:
         self._state.update(frame)
 
     def _stop_and_go(self) -> list[viser.GuiButtonHandle]:
-        gui = self._desk.gui
+        gui = self._session.gui
         stop = gui.add_button("EMERGENCY STOP", color="red", icon=Icon.HAND_STOP)
         stop.on_click(self._stop)
         gui.add_html(BIG.format(uuid=stop._impl.uuid))
         go = gui.add_button("Go", color="green", icon=Icon.PLAYER_PLAY)
-        go.on_click(self._desk.click("go", self._go))
+        go.on_click(self._session.click("go", self._go))
         return [stop, go]
 
     # On the event loop itself: behind whatever else viewers have asked for, a stop could wait for a thread.
@@ -85,50 +85,50 @@ class DriveShown:
             key.remove()
 
 
-class PlaceShown:
+class PlacementPanel:
     """The car put down by hand; in the container that is open."""
 
-    def __init__(self, desk: Desk, source: Simulates, centerline: Points, on_map: OnMap) -> None:
-        self._desk = desk
+    def __init__(self, session: ViewerSession, source: Simulates, centerline: Points, on_map: OnMap) -> None:
+        self._session = session
         self._source = source
         self._centerline = centerline
         self._on_map = on_map
         self._armed = False
         self._last: Pose | None = None
         self._now: Pose | None = None
-        gui = desk.gui
+        gui = session.gui
         self._button = gui.add_button("Place the car", color="gray", icon=Icon.MAP_PIN)
-        self._button.on_click(desk.click("place", self._arm))
+        self._button.on_click(session.click("place", self._arm))
         self._heading = gui.add_slider(
             "heading deg", -180.0, 180.0, 1.0, 0.0, hint="of the car that was placed", visible=False
         )
-        self._heading.on_update(desk.choice("place", self._turn, lambda: None))
+        self._heading.on_update(session.choice("place", self._turn, lambda: None))
 
     def update(self, frame: Frame) -> None:
         """The newest frame."""
         self._now = frame.pose
 
     def _arm(self) -> None:
-        with self._desk.lock:
+        with self._session.lock:
             if self._armed:
                 self._disarm()
                 return
             self._armed = True
             self._button.label = "Click on the ground (or here: never mind)"
             self._button.color = "orange"
-            self._desk.client.scene.on_click()(self._clicked)
+            self._session.client.scene.on_click()(self._clicked)
 
     def _disarm(self) -> None:
         self._armed = False
-        self._desk.client.scene.remove_click_callback(self._clicked)
+        self._session.client.scene.remove_click_callback(self._clicked)
         self._button.label = "Place the car"
         self._button.color = "gray"
 
     def _clicked(self, event: viser.SceneClickEvent) -> None:
-        self._desk.attempt("place", lambda: self._put(event.ray_origin, event.ray_direction))
+        self._session.attempt("place", lambda: self._put(event.ray_origin, event.ray_direction))
 
     def _put(self, origin: tuple[float, float, float], direction: tuple[float, float, float]) -> None:
-        with self._desk.lock:
+        with self._session.lock:
             spot = self._on_map(origin, direction)
             if not self._armed or spot is None:
                 return
@@ -140,13 +140,13 @@ class PlaceShown:
             self._heading.visible = True
 
     def _turn(self, degrees: float) -> None:
-        with self._desk.lock:
+        with self._session.lock:
             if self._last is not None:
                 self._last = (self._last[0], self._last[1], math.radians(degrees))
                 self._source.place(self._last)
 
 
-class StateShown:
+class StatePanel:
     """Whether it drives, and why not."""
 
     def __init__(self, gui: viser.GuiApi) -> None:

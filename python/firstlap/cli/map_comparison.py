@@ -16,13 +16,13 @@ from firstlap.config.car_file import Car
 from firstlap.config.setup_file import LOCAL, Setup
 
 if TYPE_CHECKING:
-    from firstlap.evaluation.perception.against_map import AgainstMap
+    from firstlap.evaluation.perception.map_comparison import MapComparison
     from firstlap.recordings.recording import Recording
 
 
-def held_against(recording: Recording, setup: Setup, car: Car, map_path: Path, mask_body: bool) -> AgainstMap:
+def compare_with_map(recording: Recording, setup: Setup, car: Car, map_path: Path, mask_body: bool) -> MapComparison:
     """Measures the setup's perception of `recording` against the map, with a bar. Raises InputError."""
-    from firstlap.evaluation.perception.against_map import measure
+    from firstlap.evaluation.perception.map_comparison import measure
 
     if setup.driver != LOCAL:
         raise InputError(f"--map: driver {setup.driver} has no centerline to hold against a map; only local has")

@@ -21,7 +21,7 @@ def assign(handle: Any, name: str, value: object) -> None:
         setattr(handle, name, value)
 
 
-class Desk:
+class ViewerSession:
     """Of one viewer. lock: held while its controls are changed."""
 
     def __init__(self, client: viser.ClientHandle) -> None:

@@ -15,7 +15,7 @@ NEUTRAL_BAND = 0.15
 
 
 @dataclass(frozen=True)
-class Rule:
+class LimitCheck:
     """One rule, what came out, what was wanted, and a word of advice where it is broken."""
 
     name: str
@@ -27,7 +27,7 @@ class Rule:
     remark: str
 
 
-def check_rules(setup: Setup, car: Car) -> list[Rule]:
+def check_limits(setup: Setup, car: Car) -> list[LimitCheck]:
     """All rules for a setup on a car."""
     parameters = {
         f"{section}.{name}": float(value)
@@ -45,21 +45,21 @@ def check_rules(setup: Setup, car: Car) -> list[Rule]:
     ]
 
 
-def _neutral(p: dict[str, float]) -> list[Rule]:
+def _neutral(p: dict[str, float]) -> list[LimitCheck]:
     """In a steady curve the car sits on the line where k_ang (1 + L / wheelbase) = 1."""
     if p["stanley.schedule_omega"] > 0.0:
         return [_scheduled(p)]
     return [_neutral_at(p, curvature) for curvature in (0.0, 1.0)]
 
 
-def _neutral_at(p: dict[str, float], curvature: float) -> Rule:
+def _neutral_at(p: dict[str, float], curvature: float) -> LimitCheck:
     lookahead = p["stanley.l_max"] / (1.0 + curvature / p["stanley.kappa_n"])
     value = p["stanley.k_ang"] * (1.0 + lookahead / p["car.wheelbase"])
     holds = abs(value - 1.0) <= NEUTRAL_BAND
     way = "neutral" if abs(value - 1.0) < 0.03 else "cuts inside" if value > 1.0 else "runs wide"
     wanted_lookahead = p["car.wheelbase"] * (1.0 / max(p["stanley.k_ang"], 0.01) - 1.0)
     where = "at curvature 1/m" if curvature else "nearly straight"
-    return Rule(
+    return LimitCheck(
         f"neutral lookahead, {where}",
         "k_ang (1 + L / wheelbase)",
         value,
@@ -70,13 +70,13 @@ def _neutral_at(p: dict[str, float], curvature: float) -> Rule:
     )
 
 
-def _scheduled(p: dict[str, float]) -> Rule:
+def _scheduled(p: dict[str, float]) -> LimitCheck:
     """With the schedule the lookahead is neutral as long as l_max does not cut it."""
     speed = p["velocity_profile.v_max"]
     k_ang = min(p["stanley.k_ang"], p["stanley.schedule_omega"] * p["car.wheelbase"] / speed)
     wanted = p["car.wheelbase"] * (1.0 / max(k_ang, 0.05) - 1.0)
     value = k_ang * (1.0 + min(wanted, p["stanley.l_max"]) / p["car.wheelbase"])
-    return Rule(
+    return LimitCheck(
         "neutral lookahead, scheduled",
         "k_ang(v_max) (1 + L / wheelbase)",
         value,
@@ -87,7 +87,7 @@ def _scheduled(p: dict[str, float]) -> Rule:
     )
 
 
-def _delay(p: dict[str, float], vehicle: dict[str, float]) -> Rule:
+def _delay(p: dict[str, float], vehicle: dict[str, float]) -> LimitCheck:
     """The heading loop crosses over at v k_ang / wheelbase; its phase is lost to delay and servo."""
     speed = p["velocity_profile.v_max"]
     k_ang = p["stanley.k_ang"]
@@ -96,7 +96,7 @@ def _delay(p: dict[str, float], vehicle: dict[str, float]) -> Rule:
     delay = vehicle["steering_delay"] + vehicle["servo_time_constant"]
     value = speed * k_ang / p["car.wheelbase"] * delay
     limit = PHASE_LIMIT * p["car.wheelbase"] / max(k_ang * delay, 1e-9)
-    return Rule(
+    return LimitCheck(
         "delay",
         "v_max k_ang / wheelbase · T",
         value,
@@ -107,7 +107,7 @@ def _delay(p: dict[str, float], vehicle: dict[str, float]) -> Rule:
     )
 
 
-def _grip(p: dict[str, float], vehicle: dict[str, float], section: str) -> list[Rule]:
+def _grip(p: dict[str, float], vehicle: dict[str, float], section: str) -> list[LimitCheck]:
     """What the speeds of `section` ask for against what the tires have."""
     friction = vehicle["friction"] * min(vehicle["front_d"], vehicle["rear_d"])
     grip = GRIP_SHARE * friction * GRAVITY
@@ -117,7 +117,7 @@ def _grip(p: dict[str, float], vehicle: dict[str, float], section: str) -> list[
     demand = v_min**2 * tightest
     radius = v_min**2 / grip
     return [
-        Rule(
+        LimitCheck(
             "grip in corners",
             "a_y_max",
             a_y,
@@ -126,7 +126,7 @@ def _grip(p: dict[str, float], vehicle: dict[str, float], section: str) -> list[
             a_y <= grip,
             f"0.8 μ g with μ = {friction:.2f}",
         ),
-        Rule(
+        LimitCheck(
             "grip at full lock",
             "v_min² κ_max",
             demand,
@@ -138,11 +138,11 @@ def _grip(p: dict[str, float], vehicle: dict[str, float], section: str) -> list[
     ]
 
 
-def _speed_loop(p: dict[str, float], vehicle: dict[str, float]) -> Rule:
+def _speed_loop(p: dict[str, float], vehicle: dict[str, float]) -> LimitCheck:
     """The speed step and the speed loop's gain together ask for braking."""
     asked = -p["velocity_profile.delta_v_min"] * vehicle["speed_gain"]
     planned = -p["velocity_profile.a_x_min"]
-    return Rule(
+    return LimitCheck(
         "braking of the speed loop",
         "|delta_v_min| · speed_gain",
         asked,

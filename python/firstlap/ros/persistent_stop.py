@@ -17,7 +17,7 @@ LONGEST = 100
 """Bytes that are read of it."""
 
 
-class KeptStop:
+class PersistentStop:
     """node: its full name, such as /car1/firstlap_drive. domain: the ROS domain that it is in."""
 
     def __init__(self, node: str, domain: int) -> None:

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from firstlap.config.parameters import Values
 from firstlap.tuning.candidate import Problem, Verdict
 from firstlap.tuning.pool import Pool, race_all
-from firstlap.tuning.spread import Conditions, checks
 from firstlap.tuning.study import Trial
+from firstlap.tuning.variation import Conditions, checks
 
 CHUNK = 5
 STAGE = 15
@@ -38,7 +38,7 @@ class Chosen:
 
 
 @dataclass(frozen=True)
-class Choice:
+class Selection:
     """holds: none where nothing did. seen: the fastest on fresh seeds of what was raced there, which the fastest lap of
     the search always is, of those that finished at least every other race. tried: what was raced there to find `holds`.
     compared: the start that laps are compared with, on the same seeds."""
@@ -63,7 +63,7 @@ def choose(
     judge: dict[str, float],
     seed: int,
     progress: Progress,
-) -> Choice:
+) -> Selection:
     """Races the best trials again, on seeds that the search never saw. Raises PoolGoneError.
 
     The cheapest that hold are tried one after the other; after one that fails, the next must have kept more clearance.
@@ -84,7 +84,7 @@ def choose(
             waiting = [other for other in waiting if other.verdict.clearance > trial.verdict.clearance]
     holds = min(passed, key=lambda chosen: chosen.lap, default=None)
     seen = _fastest_seen(fresh, trials, conditions, tried, pool, progress)
-    return Choice(holds, seen, tried, race_conditions(fresh, compared, conditions, pool, progress))
+    return Selection(holds, seen, tried, race_conditions(fresh, compared, conditions, pool, progress))
 
 
 def _race_while_it_holds(
@@ -139,7 +139,7 @@ def merged(verdicts: Sequence[Verdict], margin: float) -> Verdict:
     )
 
 
-def front(trials: Sequence[Trial]) -> list[Trial]:
+def pareto_front(trials: Sequence[Trial]) -> list[Trial]:
     """Of the trials that finished every race: those that no other beats in both lap and clearance, fastest first."""
     whole = [t for t in trials if t.verdict.lap and t.verdict.failed == 0 and not t.verdict.ended]
     result: list[Trial] = []

@@ -8,15 +8,15 @@ import viser
 
 from firstlap.config.car_file import Car
 from firstlap.config.setup_file import Setup
-from firstlap.evaluation.rules import Rule, check_rules
-from firstlap.pitwall.desk import assign
+from firstlap.evaluation.setup_limits import LimitCheck, check_limits
+from firstlap.pitwall.viewer_session import assign
 from firstlap.plots.colors import BAD, GOOD
 
 ALLOWED = "every value is allowed; these are rules of thumb, as of firstlap check"
 SMALL = "font-size:0.8em;line-height:1.35;padding:0 0.8em 0.5em"
 
 
-class RulesShown:
+class LimitsPanel:
     """In the container that is open."""
 
     def __init__(self, gui: viser.GuiApi) -> None:
@@ -24,11 +24,11 @@ class RulesShown:
 
     def update(self, setup: Setup, car: Car) -> None:
         """Called when the setup has changed."""
-        content = rules_html(check_rules(setup, car))
+        content = rules_html(check_limits(setup, car))
         assign(self._html, "content", content)
 
 
-def rules_html(rules: list[Rule]) -> str:
+def rules_html(rules: list[LimitCheck]) -> str:
     """Broken ones first. As high whatever is broken: what stands below must not move while it is dragged."""
     if not rules:
         return f'<div style="{SMALL}">no rules of thumb for this driver</div>'
@@ -42,7 +42,7 @@ def rules_html(rules: list[Rule]) -> str:
     return f'<div class="firstlap-rules" style="{SMALL}">{"".join(lines)}{below}</div>'
 
 
-def _rule(rule: Rule) -> str:
+def _rule(rule: LimitCheck) -> str:
     mark = "✓" if rule.holds else "✗"
     text = " ".join(f"{mark} {rule.name}: {rule.value:.2f} {rule.unit} ({rule.wanted})".split())
     return _line(escape(text), rule.holds, f"{rule.formula}; {rule.remark}")

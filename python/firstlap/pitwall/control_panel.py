@@ -12,7 +12,7 @@ from viser import Icon
 from firstlap.common.errors import InputError
 from firstlap.config.parameters import Field, FieldTable, Value
 from firstlap.pitwall.controls import Change, Control, Current, shown
-from firstlap.pitwall.desk import Desk, assign
+from firstlap.pitwall.viewer_session import ViewerSession, assign
 
 LONGEST_SEARCH = 60
 NOTHING_FOUND = '<div style="font-size:0.8em;padding:0 0.8em 0.5em">no parameter has all these words</div>'
@@ -25,7 +25,7 @@ class _Group:
     controls: list[Control]
 
 
-class ControlBoard:
+class ControlPanel:
     """In the container that is open. often: those that come first, unfolded. loaded: what "reset" goes back to.
     many: so that a search is of use. changed_in: the container for what was changed: below what is moved, or away from
     it, so that nothing moves under the mouse when the list grows.
@@ -33,7 +33,7 @@ class ControlBoard:
 
     def __init__(
         self,
-        desk: Desk,
+        session: ViewerSession,
         table: FieldTable,
         often: Sequence[Field],
         current: Current,
@@ -43,21 +43,21 @@ class ControlBoard:
         many: bool = True,
         changed_in: Any = None,
     ) -> None:
-        self._desk = desk
+        self._session = session
         self._table = table
         self._current = current
         self._loaded = loaded
         self._change = change
         self._change_together = change_together
         self._resets: dict[str, Any] = {}
-        gui = desk.gui
+        gui = session.gui
         self._often = often
         self._parts: list[Any] = self._build_tools() if many else []
         self._groups = self._build(often)
         with changed_in if changed_in is not None else contextlib.nullcontext():
             self._changed = gui.add_folder("Changed", visible=False)
         with self._changed:
-            gui.add_button("Reset all", icon=Icon.ARROW_BACK_UP).on_click(desk.click("reset", self._reset_all))
+            gui.add_button("Reset all", icon=Icon.ARROW_BACK_UP).on_click(session.click("reset", self._reset_all))
         self._parts += [self._changed, *(group.folder for group in self._groups)]
         self.controls = [control for group in self._groups for control in group.controls]
         self.mark()
@@ -95,20 +95,20 @@ class ControlBoard:
     def _offer_reset(self, key: str, control: Control) -> None:
         label = f"{control.field.name}: {shown(self._current(key))} → {shown(control.loaded)}"
         if key not in self._resets:
-            button = self._desk.gui.add_button(label, color="gray", icon=Icon.ARROW_BACK_UP)
-            button.on_click(self._desk.click(f"reset {control.field.name}", control.reset))
+            button = self._session.gui.add_button(label, color="gray", icon=Icon.ARROW_BACK_UP)
+            button.on_click(self._session.click(f"reset {control.field.name}", control.reset))
             self._resets[key] = button
         else:
             assign(self._resets[key], "label", label)
 
     def _build_tools(self) -> list[Any]:
-        gui = self._desk.gui
+        gui = self._session.gui
         search = gui.add_text("find", "", hint="words of names or descriptions")
         search.on_update(lambda event: self._find(event.target.value))
         hint = f"NAME=VALUE, also between a slider's steps; for example {self._example()}"
         exact = gui.add_text("exactly", "", hint=hint)
         button = gui.add_button("Set exactly")
-        button.on_click(self._desk.click("set", lambda: self._set_exactly(exact.value)))
+        button.on_click(self._session.click("set", lambda: self._set_exactly(exact.value)))
         self._nothing = gui.add_html(NOTHING_FOUND, visible=False)
         return [search, exact, button, self._nothing]
 
@@ -123,13 +123,13 @@ class ControlBoard:
         return groups
 
     def _group(self, label: str, fields: Sequence[Field], unfolded: bool) -> _Group:
-        folder = self._desk.gui.add_folder(label, expand_by_default=unfolded)
+        folder = self._session.gui.add_folder(label, expand_by_default=unfolded)
         with folder:
-            controls = [Control(self._desk, f, self._loaded(f.key), self._current, self._change) for f in fields]
+            controls = [Control(self._session, f, self._loaded(f.key), self._current, self._change) for f in fields]
         return _Group(label, folder, controls)
 
     def _find(self, text: str) -> None:
-        with self._desk.lock, self._desk.client.atomic():
+        with self._session.lock, self._session.client.atomic():
             text = text[:LONGEST_SEARCH].strip()
             for group in self._groups:
                 hits = [control for control in group.controls if control.matches(text)]
@@ -145,7 +145,7 @@ class ControlBoard:
             raise InputError(f"'{text[:LONGEST_SEARCH]}': expected NAME=VALUE, for example {self._example()}")
         field, value = self._table.parse_assignment(text, "exactly", self._example())
         self._change(field.key, value)
-        self._desk.tell(f"{field.name} = {shown(value)}", field.doc)
+        self._session.tell(f"{field.name} = {shown(value)}", field.doc)
 
     def _reset_all(self) -> None:
         self._change_together({control.field.key: control.loaded for control in self.controls if control.changed})

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from firstlap.ros.kept_stop import DRIVING, EMERGENCY, KeptStop
+from firstlap.ros.persistent_stop import DRIVING, EMERGENCY, PersistentStop
 
 
 @pytest.fixture
@@ -17,23 +17,23 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_the_next_node_of_this_name_and_domain_reads_what_the_last_one_left(folder: Path) -> None:
-    kept = KeptStop("/firstlap_drive", 7)
+    kept = PersistentStop("/firstlap_drive", 7)
     assert kept.read() == ""
     for said in (DRIVING, EMERGENCY):
         kept.keep(said)
-        assert KeptStop("/firstlap_drive", 7).read() == said
-    assert KeptStop("/firstlap_drive", 8).read() == ""
-    assert KeptStop("/car1/firstlap_drive", 7).read() == ""
+        assert PersistentStop("/firstlap_drive", 7).read() == said
+    assert PersistentStop("/firstlap_drive", 8).read() == ""
+    assert PersistentStop("/car1/firstlap_drive", 7).read() == ""
     kept.keep("")
     kept.keep("")
-    assert KeptStop("/firstlap_drive", 7).read() == ""
+    assert PersistentStop("/firstlap_drive", 7).read() == ""
     assert list(folder.iterdir()) == []
 
 
 def test_what_is_not_ours_is_nothing_and_a_folder_that_cannot_be_written_to_does_no_harm(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    kept = KeptStop("/firstlap_drive", 7)
+    kept = PersistentStop("/firstlap_drive", 7)
     kept.keep(DRIVING)
     (file,) = folder.iterdir()
     file.write_bytes(b"\xff" * 10_000)
@@ -46,6 +46,6 @@ def test_what_is_not_ours_is_nothing_and_a_folder_that_cannot_be_written_to_does
     kept.keep(EMERGENCY)
     assert (target.read_text(), kept.read()) == (DRIVING, EMERGENCY)
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(folder / "nowhere"))
-    lost = KeptStop("/firstlap_drive", 7)
+    lost = PersistentStop("/firstlap_drive", 7)
     lost.keep(EMERGENCY)
     assert lost.read() == ""

@@ -1,8 +1,8 @@
 """Races one setup on many tracks, one race after the other, and goes on where it was stopped.
 
-Prints what `firstlap survey --json` prints, for scripts/opponents.py, with two more per track: `compute` (p50, p99 of a
-step in microseconds) and `statuses` (steps per status). For drivers that take minutes a track: a race that is in the
-store is not driven again, as long as nothing that it depends on has changed. Seed 1 of every track comes first.
+Prints what `firstlap survey --json` prints, for scripts/opponents_page.py, with two more per track: `compute` (p50,
+p99 of a step in microseconds) and `statuses` (steps per status). For drivers that take minutes a track: a race that is
+in the store is not driven again, as long as nothing that it depends on has changed. Seed 1 of every track comes first.
 """
 
 from __future__ import annotations

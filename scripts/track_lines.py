@@ -21,8 +21,8 @@ from firstlap.control.mpc.params import MPC_FIELDS, MpcParams
 from firstlap.control.mpc.pose_driver import PoseDriver, PoseErrors, worst_errors
 from firstlap.planning.raceline.line import RaceLine, make_line
 from firstlap.planning.raceline.params import LINE_FIELDS, LineParams
+from firstlap.sim.lidar import core_track
 from firstlap.sim.race import OPTION_FIELDS
-from firstlap.sim.simulate import core_track
 from firstlap.tracks.library import list_tracks, load_track
 from firstlap.tracks.track import Track
 

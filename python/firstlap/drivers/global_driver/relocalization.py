@@ -26,7 +26,7 @@ STANDING = 0.1
 Pose = tuple[float, float, float]
 
 
-class Anywhere:
+class Relocalization:
     """Call `look` in each step in which the pose is lost. A round over all places takes a second or so.
 
     It begins after `guard.search_after` seconds of standing lost, and is made `guard.searches` times at most until

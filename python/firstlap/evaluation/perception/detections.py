@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from firstlap.evaluation.perception.truth import LEFT, RIGHT, SideArray
+from firstlap.evaluation.perception.ground_truth import LEFT, RIGHT, SideArray
 
 FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Seen:
+class Detection:
     """One step of the method, in base_link at the end of the sweep, meters.
 
     points: (N, 2) returns used; side: (N,) LEFT, RIGHT or NEITHER, as the walls that the line was traced between.
@@ -36,7 +36,7 @@ class Seen:
     front: float
 
     @classmethod
-    def of(cls, trace: Mapping[str, Any], front: float) -> Seen:
+    def of(cls, trace: Mapping[str, Any], front: float) -> Detection:
         """From `Racer.trace` right after a step."""
         status = trace["result"][2]
         points = np.asarray(trace["points"])

@@ -27,11 +27,11 @@ def live_bar(budget: Budget) -> Iterator[Any]:
 
 
 def _bar_watch(bar: Progress, budget: Budget) -> Any:
-    from firstlap.tuning.run import Watch
+    from firstlap.tuning.run import TuningProgress
 
     total = budget.trials or (budget.seconds or 0.0)
 
-    class BarWatch(Watch):
+    class BarWatch(TuningProgress):
         """Shows it on a bar; what comes after the search, of which nobody knows the length, below it."""
 
         def __init__(self) -> None:

@@ -15,7 +15,7 @@ from firstlap.plots.colors import BAD, FAINT, INK, LEFT, RIGHT
 from firstlap.plots.primitives import bare, colored_line, draw_road, draw_start, draw_walls, new_figure
 from firstlap.sim.race import RaceResult
 from firstlap.tracks.track import Track
-from firstlap.tuning.choose import front
+from firstlap.tuning.selection import pareto_front
 from firstlap.tuning.settings import Setting
 from firstlap.tuning.study import Trial
 
@@ -103,7 +103,7 @@ def draw_front(trials: Sequence[Trial], marked: Mapping[str, tuple[float, float]
         axes.plot(
             laps, [t.verdict.clearance for t in some], ".", color=color, alpha=0.6, label=f"{words} ({len(some)})"
         )
-    best = front(trials)
+    best = pareto_front(trials)
     axes.plot(
         [t.verdict.lap or np.nan for t in best], [t.verdict.clearance for t in best], "-", color=LEFT, label="the front"
     )

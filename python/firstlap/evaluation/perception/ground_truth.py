@@ -31,7 +31,7 @@ SideArray = npt.NDArray[np.int8]
 
 
 @dataclass(frozen=True, eq=False)
-class Truth:
+class GroundTruth:
     """The truth about one track in one direction of travel.
 
     line: (M, 2) closed medial line, about 0.05 m apart [m, map frame]. width: (M,) of the track there [m].
@@ -56,7 +56,7 @@ class Truth:
         return {int(side): cKDTree(self.walls[self.sides == side]) for side in np.unique(self.sides)}
 
     @classmethod
-    def of(cls, track: Track) -> Truth:
+    def of(cls, track: Track) -> GroundTruth:
         """The truth about `track` in its direction of travel."""
         solid = {
             side: [w for w, s, hard in zip(track.walls, track.sides, track.solid, strict=True) if s == side and hard]
@@ -72,10 +72,10 @@ class Truth:
         width = distances(line, solid["left"]) + distances(line, solid["right"])
         return cls(line, width, np.vstack(samples), np.concatenate(sides))
 
-    def reversed(self) -> Truth:
+    def reversed(self) -> GroundTruth:
         """The truth for the other direction of travel."""
         swapped = np.where(self.sides == NEITHER, NEITHER, -self.sides).astype(np.int8)
-        return Truth(self.line[::-1].copy(), self.width[::-1].copy(), self.walls, swapped)
+        return GroundTruth(self.line[::-1].copy(), self.width[::-1].copy(), self.walls, swapped)
 
     def along(self, x: float, y: float, yaw: float) -> float:
         """Cosine of the angle between `yaw` [rad] and the direction of travel beside (x, y) [m]."""
