@@ -10,7 +10,7 @@ from typing import Any
 
 from firstlap.config.car_file import load_car
 from firstlap.config.setup_file import load_setup
-from firstlap.evaluation.perception import against_map, simulated
+from firstlap.evaluation.perception import map_comparison, simulated
 from firstlap.recordings import load_recording
 from firstlap.tracks.library import load_track
 
@@ -48,7 +48,7 @@ def main(maps: pathlib.Path, scans: pathlib.Path) -> None:
         setup = load_setup("sure")
         setup = setup.with_assignments(changes.split()) if changes else setup
         real = {
-            name: against_map.measure(
+            name: map_comparison.measure(
                 recording, setup, car, maps / name / f"{name}.yaml", mask_body=False
             ).perception.to_dict()
             for name, recording in recordings.items()

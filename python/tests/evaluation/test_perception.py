@@ -11,7 +11,7 @@ import pytest
 from firstlap.common.errors import InputError
 from firstlap.config.car_file import load_car
 from firstlap.config.setup_file import load_setup
-from firstlap.evaluation.perception import against_map, metrics
+from firstlap.evaluation.perception import map_comparison, metrics
 from firstlap.evaluation.perception.detections import Detection
 from firstlap.evaluation.perception.ground_truth import LEFT, NEITHER, RIGHT, UNKNOWN, GroundTruth
 from firstlap.evaluation.perception.metrics import Perception
@@ -206,7 +206,7 @@ def real_track() -> tuple[Path, Path]:
 def test_on_a_real_track_the_walls_and_the_line_are_seen_right(tmp_path):
     scans, track_map = real_track()
     recording = load_recording(scans).between(20.0, 40.0)
-    found = against_map.measure(recording, load_setup("sure"), load_car("default"), track_map)
+    found = map_comparison.measure(recording, load_setup("sure"), load_car("default"), track_map)
     metrics_found = found.to_dict()
     assert metrics_found["turns"] == 0
     assert metrics_found["bad"] <= 0.04
@@ -232,7 +232,7 @@ def test_a_recording_without_poses_cannot_be_held_against_a_map():
         sources={},
     )
     with pytest.raises(InputError, match="no poses"):
-        against_map.measure(recording, load_setup("sure"), load_car("default"), "nowhere.yaml")
+        map_comparison.measure(recording, load_setup("sure"), load_car("default"), "nowhere.yaml")
 
 
 def test_the_command_prints_a_row_per_direction(cli):

@@ -20,7 +20,7 @@ from viewing import Viewer, get, served, wait_until
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from firstlap.common.errors import InputError
-from firstlap.pitwall import guarded
+from firstlap.pitwall import guarded_connection
 from firstlap.pitwall.authentication import VIEWERS, WATCHERS, Authenticator
 from firstlap.pitwall.guarded_connection import Role
 
@@ -221,7 +221,7 @@ def test_garbage_ends_the_connection_that_sent_it_and_no_other(
 
 def test_a_message_is_bounded(open_house: House) -> None:
     with open_house.viewer() as (viewer, number), pytest.raises(ConnectionClosed, match="1009"):
-        viewer.update(open_house.uuid(number), "x" * (guarded.MESSAGE_SIZE + 1))
+        viewer.update(open_house.uuid(number), "x" * (guarded_connection.MESSAGE_SIZE + 1))
         while True:
             viewer.connection.recv(timeout=5)
 
@@ -241,7 +241,7 @@ def test_more_viewers_than_there_is_room_for_are_turned_away(
 def test_a_viewer_that_sleeps_is_given_up_and_holds_up_nobody(
     open_house: House, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(guarded, "PATIENCE", 0.5)
+    monkeypatch.setattr(guarded_connection, "PATIENCE", 0.5)
     server = open_house.server
     _sleeper = Viewer(open_house.authenticator).enter()
     wait_until(lambda: len(server.get_clients()) == 1)
@@ -355,7 +355,7 @@ def test_watchers_cannot_lock_out_who_controls(locked_house: House) -> None:
 
 
 def test_who_says_nothing_takes_up_no_place(locked_house: House, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(guarded, "FIRST_MESSAGE", 0.3)
+    monkeypatch.setattr(guarded_connection, "FIRST_MESSAGE", 0.3)
     authenticator = locked_house.authenticator
     silent = Viewer(authenticator, cookie=cookie_from(authenticator, authenticator.watch_url))
     with pytest.raises(ConnectionClosed):
