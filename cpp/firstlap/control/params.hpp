@@ -41,4 +41,47 @@ struct StanleyParams {
   }
 };
 
+// Beyond the paper: the check before every command that the car could still stop, and the braking where it could not.
+struct StoppingCheckParams {
+  double reaction_time = 0.05;
+  double response_share = 0.75;
+  double grip_share = 2.0;
+  double grip_left = 0.2;
+  double brake_bend_share = 1.3;
+  double gentle_bend_share = 1.2;
+  double release_share = 0.8;
+  double aim_distance = 0.15;
+  double aim_time = 0.15;
+  double start_speed = 0.5;
+  double blocked_distance = 0.3;
+  double brake_slack = 0.3;
+
+  static constexpr auto fields() {
+    using P = StoppingCheckParams;
+    return std::tuple{
+        Field{"reaction_time", &P::reaction_time, "s", 0.0, 0.5,
+              "a stop begins at least this long after its command, and not before the car's delays are over"},
+        Field{"response_share", &P::response_share, "", 0.1, 1.0,
+              "share of how quickly the car's servo and speed loop respond that a stop counts on"},
+        Field{"grip_share", &P::grip_share, "", 1.0, 5.0,
+              "lateral acceleration, per a_y_max, that would leave no grip for braking"},
+        Field{"grip_left", &P::grip_left, "", 0.0, 1.0, "but this share of the grip, squared, is always left for it"},
+        Field{"brake_bend_share", &P::brake_bend_share, "", 0.5, 5.0,
+              "a braking car is steered for at most this lateral acceleration, per a_y_max"},
+        Field{"gentle_bend_share", &P::gentle_bend_share, "", 0.5, 5.0,
+              "above this one, per a_y_max, the car brakes only as planned: a bend takes its grip"},
+        Field{"release_share", &P::release_share, "", 0.1, 1.0,
+              "full braking goes on until a stop with this share of a_brake would do"},
+        Field{"aim_distance", &P::aim_distance, "m", 0.0, 2.0,
+              "on the way to a stop the car steers to the path this far ahead of its front axle"},
+        Field{"aim_time", &P::aim_time, "s", 0.0, 2.0, "and further by the distance driven in this time"},
+        Field{"start_speed", &P::start_speed, "m/s", 0.1, 5.0, "a car that stands is about to go at least this fast"},
+        Field{"blocked_distance", &P::blocked_distance, "m", 0.0, 5.0,
+              "the car counts as blocked where it has to stop within this distance"},
+        Field{"brake_slack", &P::brake_slack, "m^2/s^2", 0.0, 10.0,
+              "full braking where planned braking would leave more than this speed, squared, before an obstacle"},
+    };
+  }
+};
+
 }  // namespace firstlap

@@ -8,26 +8,26 @@
 namespace firstlap {
 namespace {
 
+// Numerics of the rollout.
 constexpr double step = 0.025;          // [s]
-constexpr double dead_time = 0.05;      // [s] from command to wheels
-constexpr double servo = 0.08;          // [s] in which the wheels come to where they are told
-constexpr double standing = 0.05;       // [m/s]
-constexpr double creeping = 0.5;        // [m/s] a car that stands is about to go at least this fast
 constexpr std::size_t most_steps = 80;  // 2 s: with less braking than that the horizon is too near anyway
+constexpr double standing = 0.05;       // [m/s]
+constexpr double touching = 0.002;      // [m] as near as something may be that is near already
+constexpr double tiny = 1e-3;           // [m^2], [m^2/s^2] that something is divided by at least
 
-// The body as four discs on its long axis, which cover the rectangle.
+// The body as discs on its long axis, which cover the rectangle.
 class Body {
  public:
   explicit Body(const CarGeometry& car) noexcept
-      : first_(car.length / 8.0 - car.rear_overhang),
-        apart_(car.length / 4.0),
-        radius_(norm(0.5 * car.width, car.length / 8.0)) {}
+      : first_(0.5 * car.length / discs - car.rear_overhang),
+        apart_(car.length / discs),
+        radius_(norm(0.5 * car.width, 0.5 * car.length / discs)) {}
 
   [[nodiscard]] double clearance(const Pose2& pose, const LocalWalls& walls) const noexcept {
     const double c = std::cos(pose.yaw);
     const double s = std::sin(pose.yaw);
-    double nearest = 1e9;
-    for (int i = 0; i < 4; ++i) {
+    double nearest = StoppingCheck::never;
+    for (int i = 0; i < discs; ++i) {
       const double along = first_ + static_cast<double>(i) * apart_;
       const double x = pose.x + along * c;
       const double y = pose.y + along * s;
@@ -38,107 +38,131 @@ class Body {
   }
 
  private:
+  static constexpr int discs = 4;
+
   double first_;
   double apart_;
   double radius_;
 };
 
-// The wheel angle that brings the rear axle onto the path `ahead` of it (pure pursuit), no sharper than the grip
-// allows.
-double wheels_to_path(const Buffer<TrajectoryPoint>& path, std::size_t& at, const Pose2& pose, double speed,
-                      const CarGeometry& car, const VelocityProfileParams& params) noexcept {
-  const double reach = car.wheelbase + 0.15 + 0.15 * speed;
-  while (at + 1 < path.size() && norm(path[at].x - pose.x, path[at].y - pose.y) < reach) ++at;
-  const double dx = path[at].x - pose.x;
-  const double dy = path[at].y - pose.y;
-  const double across = std::cos(pose.yaw) * dy - std::sin(pose.yaw) * dx;
-  const double bend = 2.0 * across / std::max(dx * dx + dy * dy, 1e-3);
-  return within_grip(std::atan(car.wheelbase * bend), speed, car, params);
-}
-
-// What full braking comes to: a bend takes its share of the grip, and the speed loop lets go before the car stands.
-double braking(double speed, double bend, const VelocityProfileParams& params) noexcept {
-  constexpr double release = 6.0;  // [1/s]
-  const double used = speed * speed * bend / (2.0 * params.a_y_max);
-  const double grip = std::sqrt(std::max(0.2, 1.0 - used * used));
-  return std::min(params.a_brake * grip, release * speed);
-}
-
 // The car on its way to the stop, from base_link at the scan.
 struct Rollout {
   Pose2 pose{};
-  double speed = 0.0;   // [m/s]
-  double wheels = 0.0;  // [rad]
-  double bend = 0.0;    // [1/m]
-  double driven = 0.0;  // [m]
+  double speed = 0.0;     // [m/s]
+  double steering = 0.0;  // [rad]
+  double bend = 0.0;      // [1/m]
+  double driven = 0.0;    // [m]
 
-  void advance(double wanted, bool brakes, const CarGeometry& car, const VelocityProfileParams& params) noexcept {
-    const double most = car.steering_rate * step;
-    wheels += std::clamp((wanted - wheels) * step / servo, -most, most);
-    bend = std::tan(wheels) / car.wheelbase;
-    const double way = speed * step;
-    const double yaw = way * bend;
-    pose.x += way * std::cos(pose.yaw + 0.5 * yaw);
-    pose.y += way * std::sin(pose.yaw + 0.5 * yaw);
-    pose.yaw += yaw;
-    driven += way;
-    if (brakes) speed -= braking(speed, bend, params) * step;
-  }
+  void advance(double wanted, bool brakes, const StopLimits& limits) noexcept;
 
   // How far any point of the body moves per meter driven, at most.
   [[nodiscard]] double swing(const CarGeometry& car) const noexcept { return 1.0 + std::abs(bend) * car.length; }
 };
 
+// [m/s^2] What full braking comes to: a bend takes its share of the grip, and the speed loop lets go before the car
+// stands.
+double braking(double speed, double bend, const StopLimits& limits) noexcept {
+  const double used = speed * speed * bend / (limits.check.grip_share * limits.profile.a_y_max);
+  const double grip = std::sqrt(std::max(limits.check.grip_left, 1.0 - used * used));
+  const double release = limits.car.speed_gain * limits.check.response_share;
+  return std::min(std::min(limits.a_brake, limits.car.brake_max) * grip, release * speed);
+}
+
+void Rollout::advance(double wanted, bool brakes, const StopLimits& limits) noexcept {
+  const double servo = limits.car.servo_time_constant / limits.check.response_share;
+  const double most = limits.car.steering_rate * step;
+  steering += std::clamp((wanted - steering) * step / std::max(servo, step), -most, most);
+  bend = std::tan(steering) / limits.car.wheelbase;
+  const double way = speed * step;
+  const double yaw = way * bend;
+  pose.x += way * std::cos(pose.yaw + 0.5 * yaw);
+  pose.y += way * std::sin(pose.yaw + 0.5 * yaw);
+  pose.yaw += yaw;
+  driven += way;
+  if (brakes) speed -= braking(speed, bend, limits) * step;
+}
+
+// The way to the stop: what the wheels are told at any time.
+class Guide {
+ public:
+  Guide(const StopScene& scene, const Stop& stop, const StopLimits& limits) noexcept
+      : scene_(scene), stop_(stop), limits_(limits), at_(scene.nearest) {}
+
+  [[nodiscard]] bool brakes(double time) const noexcept { return time >= stop_.delay; }
+
+  // [rad] Before the brakes bite the command, once it has reached the wheels; then as the stop wants them. Beyond the
+  // end of the path nobody knows better than to hold them.
+  double wanted(double time, const Rollout& car) noexcept {
+    if (!brakes(time)) return time < limits_.car.steering_delay ? car.steering : stop_.command;
+    if (stop_.how == StopSteering::straight) return 0.0;
+    const bool guided = stop_.how == StopSteering::to_path && at_ + 1 < scene_.path.size();
+    return guided ? to_path(car) : car.steering;
+  }
+
+ private:
+  // The angle that brings the rear axle onto the path ahead of it (pure pursuit), no sharper than the grip allows.
+  double to_path(const Rollout& car) noexcept {
+    const Buffer<TrajectoryPoint>& path = scene_.path;
+    const Pose2& pose = car.pose;
+    const double reach = limits_.car.wheelbase + limits_.check.aim_distance + limits_.check.aim_time * car.speed;
+    while (at_ + 1 < path.size() && norm(path[at_].x - pose.x, path[at_].y - pose.y) < reach) ++at_;
+    const double dx = path[at_].x - pose.x;
+    const double dy = path[at_].y - pose.y;
+    const double across = std::cos(pose.yaw) * dy - std::sin(pose.yaw) * dx;
+    const double bend = 2.0 * across / std::max(dx * dx + dy * dy, tiny);
+    return within_grip(std::atan(limits_.car.wheelbase * bend), car.speed, limits_);
+  }
+
+  const StopScene& scene_;
+  const Stop& stop_;
+  const StopLimits& limits_;
+  std::size_t at_;  // the point of the path that the car steers to
+};
+
 }  // namespace
 
-double within_grip(double angle, double speed, const CarGeometry& car, const VelocityProfileParams& params) noexcept {
-  constexpr double reserve = 1.3;  // of what the profile plans to use
-  const double bend = reserve * params.a_y_max / std::max(speed * speed, 1e-3);
-  const double limit = std::min(car.steering_limit, std::atan(car.wheelbase * bend));
+double within_grip(double angle, double speed, const StopLimits& limits) noexcept {
+  const double bend = limits.check.brake_bend_share * limits.profile.a_y_max / std::max(speed * speed, tiny);
+  const double limit = std::min(limits.car.steering_limit, std::atan(limits.car.wheelbase * bend));
   return std::clamp(angle, -limit, limit);
 }
 
-StoppingCheck check_stopping(const StopScene& scene, const Stop& stop, const CarGeometry& car,
-                             const VelocityProfileParams& params) noexcept {
-  const Body body(car);
+StoppingCheck check_stopping(const StopScene& scene, const Stop& stop, const StopLimits& limits) noexcept {
+  const Body body(limits.car);
+  Guide guide(scene, stop, limits);
   StoppingCheck found;
-  Rollout rollout{.speed = std::max(creeping, scene.state.speed), .wheels = scene.state.steering_angle};
-  double room = body.clearance(rollout.pose, scene.walls);
-  const double needed = std::min(params.stop_clearance, room - 0.002);
-  double checked = 0.0;  // [m] of the way, there with `room` around it
+  Rollout car{.speed = std::max(limits.check.start_speed, scene.state.speed), .steering = scene.state.steering_angle};
+  double clearance = body.clearance(car.pose, scene.walls);
+  const double needed = std::min(limits.profile.stop_clearance, clearance - touching);
+  double checked = 0.0;  // [m] driven to where the clearance was looked at last
   bool braked = false;
-  std::size_t at = scene.nearest;
-  for (std::size_t k = 0; k < most_steps && rollout.speed > standing; ++k) {
+  for (std::size_t k = 0; k < most_steps && car.speed > standing; ++k) {
     const double time = static_cast<double>(k) * step;
-    const bool brakes = time >= stop.delay;
-    double wanted = brakes || time < dead_time ? rollout.wheels : stop.command;
-    // Beyond the end of the path nobody knows better than to hold the wheels.
-    if (brakes && stop.how == StopSteering::to_path && at + 1 < scene.path.size())
-      wanted = wheels_to_path(scene.path, at, rollout.pose, rollout.speed, car, params);
-    if (brakes && stop.how == StopSteering::straight) wanted = 0.0;
-    if (brakes && !braked) found.wheels = wanted;
+    const bool brakes = guide.brakes(time);
+    const double wanted = guide.wanted(time, car);
+    if (brakes && !braked) found.steering_angle = wanted;
     braked = brakes;
-    rollout.advance(wanted, brakes, car, params);
-    // Until it has come as far as there was room, nothing can be touched.
-    if ((rollout.driven - checked) * rollout.swing(car) < room - needed) continue;
-    room = body.clearance(rollout.pose, scene.walls);
-    checked = rollout.driven;
-    found.clearance = std::min(found.clearance, room);
-    if (room >= needed) continue;
+    car.advance(wanted, brakes, limits);
+    // Until it has come as far as was clear, nothing can be touched.
+    if ((car.driven - checked) * car.swing(limits.car) < clearance - needed) continue;
+    clearance = body.clearance(car.pose, scene.walls);
+    checked = car.driven;
+    found.clearance = std::min(found.clearance, clearance);
+    if (clearance >= needed) continue;
     found.clear = false;
-    found.distance = rollout.driven;
-    return found;
+    found.distance = car.driven;
+    break;
   }
   return found;
 }
 
-StopDecision decide_stop(const StopScene& scene, double wanted, double dt, bool braking, const CarGeometry& car,
-                         const VelocityProfileParams& params) noexcept {
-  constexpr double reaction = 0.05;  // [s] from command to wheels and brakes
-  VelocityProfileParams reserved = params;
-  if (braking) reserved.a_brake *= 0.8;
+StopDecision decide_stop(const StopScene& scene, double wanted, double dt, bool braking,
+                         const StopLimits& limits) noexcept {
+  StopLimits reserved = limits;
+  if (braking) reserved.a_brake *= limits.check.release_share;
+  const double reaction = std::max({limits.check.reaction_time, limits.car.steering_delay, limits.car.speed_delay});
   const auto check = [&](StopSteering how, double delay) {
-    return check_stopping(scene, {wanted, delay, how}, car, reserved);
+    return check_stopping(scene, {wanted, delay, how}, reserved);
   };
   if (check(StopSteering::to_path, dt + reaction).clear) return {false, wanted};
   StoppingCheck best = check(StopSteering::to_path, reaction);
@@ -147,7 +171,7 @@ StopDecision decide_stop(const StopScene& scene, double wanted, double dt, bool 
     const StoppingCheck other = check(how, reaction);
     if (other.clear || other.distance > best.distance) best = other;
   }
-  return {true, best.wheels};
+  return {true, best.steering_angle};
 }
 
 }  // namespace firstlap

@@ -41,9 +41,9 @@ void move_trail(const Mover& mover, double dt, double longest, Buffer<TrailPoint
   trail.shrink(kept);
 }
 
-void extend_trail(double driven, RacerMemory& memory) noexcept {
+void extend_trail(double driven, double spacing, RacerMemory& memory) noexcept {
   memory.trail_step += driven;
-  if (memory.trail_step <= 0.2 && !memory.trail.empty()) return;
+  if (memory.trail_step <= spacing && !memory.trail.empty()) return;
   memory.trail.push({0.0, 0.0, 0.0, 0.0});
   memory.trail_step = 0.0;
 }
@@ -67,7 +67,7 @@ void move_by_odometry(const VehicleState& state, double scale, double dt, const 
   const Mover mover(motion);
   for (TrajectoryPoint& p : memory.path) mover.move(p);
   move_trail(mover, dt, params.trail_time, memory.trail);
-  extend_trail(std::abs(speed) * dt, memory);
+  extend_trail(std::abs(speed) * dt, params.trail_spacing, memory);
   memory.without_path += dt;
   memory.moved += speed * dt;
   memory.moved_measured += speed / scale * dt;

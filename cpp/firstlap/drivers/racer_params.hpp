@@ -1,7 +1,7 @@
 // Every parameter of the method, one section per stage. A setup file holds what differs from the defaults.
 #pragma once
 
-#include "firstlap/common/car_geometry.hpp"
+#include "firstlap/common/car_dynamics.hpp"
 #include "firstlap/control/params.hpp"
 #include "firstlap/estimation/params.hpp"
 #include "firstlap/perception/params.hpp"
@@ -10,7 +10,7 @@
 namespace firstlap {
 
 struct Params {
-  CarGeometry car{};
+  CarModel car{};
   ScanParams scan{};
   SegmentationParams segmentation{};
   TrackWidthParams track_width{};
@@ -19,6 +19,7 @@ struct Params {
   MinimumCurvatureParams minimum_curvature{};
   VelocityProfileParams velocity_profile{};
   StanleyParams stanley{};
+  StoppingCheckParams stopping_check{};
   SpeedScaleParams speed_scale{};
 };
 
@@ -35,6 +36,7 @@ void for_each_section(AnyParams& params, Visitor&& visit) {
   visit("minimum_curvature", params.minimum_curvature);
   visit("velocity_profile", params.velocity_profile);
   visit("stanley", params.stanley);
+  visit("stopping_check", params.stopping_check);
   visit("speed_scale", params.speed_scale);
 }
 

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "firstlap/common/car_geometry.hpp"
 #include "firstlap/common/geometry.hpp"
 #include "firstlap/control/stopping_check.hpp"
 #include "firstlap/perception/scan_check.hpp"
@@ -16,7 +15,8 @@
 namespace firstlap {
 namespace {
 
-constexpr std::size_t fewest_points = 4;  // of a line or a path, and this many less 2 ahead of the car
+constexpr std::size_t fewest_points = 4;  // of a line or a path: fewer have no curvature
+constexpr std::size_t fewest_ahead = 2;   // of them ahead of the front axle
 
 // True where the line passes the car against its heading.
 bool leads_back(const Centerline& line) noexcept {
@@ -29,10 +29,9 @@ bool leads_back(const Centerline& line) noexcept {
 }
 
 // [1/m] of the arc that the car drives; standing, it has none.
-double curvature_driven(const VehicleState& state) noexcept {
-  constexpr double slowest = 0.5;  // [m/s]
-  constexpr double tightest = 1.5;
-  return std::clamp(state.yaw_rate / std::max(state.speed, slowest), -tightest, tightest);
+double curvature_driven(const VehicleState& state, const Params& params) noexcept {
+  const double tightest = std::tan(params.car.steering_limit) / params.car.wheelbase;
+  return std::clamp(state.yaw_rate / std::max(state.speed, params.stopping_check.start_speed), -tightest, tightest);
 }
 
 // Walls and centerline for one split, as a candidate.
@@ -46,19 +45,21 @@ void build_line(std::size_t split, const RacerMemory& memory, const Params& para
   trace_centerline(work.walls, memory.trail, width, params.car, params.track_width, params.centerline, work.line);
 }
 
+constexpr double enough = 2.5;  // [m] of line that leaves no doubt
+
 // What a split is worth against the best-ranked one: by its own score, and by the line that it gives.
 double split_value(const SplitCandidate& candidate, const Centerline& line, const Params& params,
                    const Trace& seen) noexcept {
+  constexpr double tiny = 1e-3;  // for scores that may be 0
   const double penalty = line.end == LineEnd::turns_back ? 0.3 : 1.0;
-  return penalty * std::min(line.ahead, 5.0) * std::max(candidate.score, 1e-3) /
-         std::max(seen.candidates.items[0].score, 1e-3) * clearance_score(line, params.car) *
+  return penalty * std::min(line.ahead, 2.0 * enough) * std::max(candidate.score, tiny) /
+         std::max(seen.candidates.items[0].score, tiny) * clearance_score(line, params.car) *
          side_consistency(seen.sections, seen.samples, candidate.split);
 }
 
 // The best split is the one whose line is usable for longest; the others are tried only where the first
 // one's line is short or tight, or passes something on the other side than before.
 void choose_split(const RacerMemory& memory, const Params& params, RacerWorkspace& work) noexcept {
-  constexpr double enough = 2.5;  // [m] of line that leaves no doubt
   Trace& step = work.step;
   step.candidates = rank_splits(step.points, step.sections, step.samples, width_of(memory, params.track_width),
                                 params.car, params.segmentation);
@@ -83,7 +84,7 @@ void label_samples(const RacerMemory& memory, const Params& params, Buffer<Secti
 bool find_nearest(const Params& params, Trace& step) noexcept {
   if (step.path.size() < fewest_points) return false;
   step.nearest = nearest_on_path(step.path, params.car.wheelbase, 0.0);
-  return step.nearest + 2 < step.path.size();
+  return step.nearest + fewest_ahead < step.path.size();
 }
 
 // What lies on the path.
@@ -104,8 +105,9 @@ StopAhead stop_for_obstacles(double speed, const RacerMemory& memory, const Para
   const double stop_at = blocked_at - nose(params.car) - p.block_distance;
   stop_before(stop_at, p, step.path);
   const double from = step.path[step.nearest].s;
-  const bool full_brake = speed * speed > -2.0 * p.a_x_min * std::max(0.0, stop_at - from) + 0.3;
-  return {stop_at < from + 0.3, full_brake};
+  const StoppingCheckParams& check = params.stopping_check;
+  const bool full_brake = speed * speed > -2.0 * p.a_x_min * std::max(0.0, stop_at - from) + check.brake_slack;
+  return {stop_at < from + check.blocked_distance, full_brake};
 }
 
 }  // namespace
@@ -139,10 +141,10 @@ void find_line(const Params& params, RacerMemory& memory, RacerWorkspace& work) 
 
 bool plan_path(const VehicleState& state, const Params& params, RacerWorkspace& work) noexcept {
   Trace& step = work.step;
-  if (step.line.points.size() < fewest_points || step.line.ahead < 0.3) return false;
+  if (step.line.points.size() < fewest_points || step.line.ahead < params.stopping_check.blocked_distance) return false;
   const TrajectoryParams& p = params.trajectory;
   smooth_between_walls(step.line.points, params.car, p, step.smoothed);
-  const PathConditions conditions{curvature_driven(state), 0.5 * params.car.width + p.smoothing_margin,
+  const PathConditions conditions{curvature_driven(state, params), 0.5 * params.car.width + p.smoothing_margin,
                                   params.centerline.spacing};
   const bool bent = minimum_curvature_path(step.line.points, conditions, params.minimum_curvature, work.control_points,
                                            step.smoothed);
@@ -167,8 +169,9 @@ Maneuver follow_path(const VehicleState& state, double dt, const RacerMemory& me
   const StopAhead ahead = stop_for_obstacles(state.speed, memory, params, step);
   step.steering = track_path(step.path, step.nearest, state, memory.measured.steering_angle, params.stanley, params.car,
                              step.lookahead);
+  const StopLimits limits{params.car, p, params.stopping_check};
   const StopDecision stop = decide_stop({step.path, step.nearest, memory.seen, state}, step.steering.steering_angle, dt,
-                                        memory.braking, params.car, p);
+                                        memory.braking, limits);
   Maneuver maneuver{.speed = command_speed(step.path, step.nearest, state.speed, p),
                     .steering_angle = stop.steering_angle,
                     .braking = stop.brake};
@@ -176,10 +179,10 @@ Maneuver follow_path(const VehicleState& state, double dt, const RacerMemory& me
   maneuver.blocked = brakes || ahead.near;
   if (!brakes) return maneuver;
   // Full braking takes the grip that a bend needs: there, the planned braking at most.
-  const bool bends = std::abs(state.speed * state.yaw_rate) > 1.2 * p.a_y_max;
+  const bool bends = std::abs(state.speed * state.yaw_rate) > params.stopping_check.gentle_bend_share * p.a_y_max;
   const double least = bends ? state.speed + p.delta_v_min : 0.0;
   maneuver.speed = std::min(maneuver.speed, least);
-  maneuver.steering_angle = within_grip(maneuver.steering_angle, state.speed, params.car, p);
+  maneuver.steering_angle = within_grip(maneuver.steering_angle, state.speed, limits);
   return maneuver;
 }
 

@@ -14,6 +14,7 @@ struct CenterlineParams {
   double hold_time = 0.2;
   double memory_time = 0.8;
   double trail_time = 4.0;
+  double trail_spacing = 0.2;
 
   static constexpr auto fields() {
     using P = CenterlineParams;
@@ -24,6 +25,7 @@ struct CenterlineParams {
         Field{"hold_time", &P::hold_time, "s", 0.0, 1.0, "how long the previous line serves when there is none"},
         Field{"memory_time", &P::memory_time, "s", 0.0, 3.0, "how long a wall that is out of sight is remembered"},
         Field{"trail_time", &P::trail_time, "s", 0.0, 20.0, "how long the car's own trail bars the way back"},
+        Field{"trail_spacing", &P::trail_spacing, "m", 0.1, 1.0, "distance of the trail's points"},
     };
   }
 };

@@ -1,8 +1,9 @@
-// What the simulated car is made of, beyond its CarGeometry.
+// What the simulated car is made of, beyond its geometry and what a planner knows of its dynamics.
 #pragma once
 
 #include <tuple>
 
+#include "firstlap/common/car_dynamics.hpp"
 #include "firstlap/common/field.hpp"
 #include "firstlap/sim/tire_model.hpp"
 
@@ -13,7 +14,7 @@ enum class VehicleModel : int {
   gym = 1,           // f1tenth_gym's: linear tires that never saturate; for conformance only
 };
 
-struct VehicleParams {
+struct VehicleParams : CarDynamics {
   int model = 0;
   double step_dt = 0.0025;
   double mass = 3.5;
@@ -32,15 +33,10 @@ struct VehicleParams {
   double rear_e = 0.0;
   double drive_split = 0.5;
   double drive_grip = 0.9;
-  double servo_time_constant = 0.06;
-  double steering_delay = 0.04;
-  double speed_delay = 0.0;
-  double speed_gain = 8.0;
   double speed_constant_error = 0.0;
   double steering_gain = 1.0;
   double steering_trim = 0.0;
   double accel_max = 6.0;
-  double brake_max = 7.0;
   double speed_max = 12.0;
   double reverse_speed_max = 0.0;
   double kinematic_below = 0.8;
@@ -50,7 +46,7 @@ struct VehicleParams {
 
   static constexpr auto fields() {
     using P = VehicleParams;
-    return std::tuple{
+    const std::tuple own{
         Field{"model", &P::model, "", 0.0, 1.0, "0 single track with nonlinear tires, 1 f1tenth_gym's"},
         Field{"step_dt", &P::step_dt, "s", 0.0001, 0.0025, "longest integration step (Runge-Kutta 4)"},
         Field{"mass", &P::mass, "kg", 0.5, 5000.0, "of the whole car"},
@@ -69,16 +65,11 @@ struct VehicleParams {
         Field{"rear_e", &P::rear_e, "", -10.0, 1.0, "Pacejka E, rear"},
         Field{"drive_split", &P::drive_split, "", 0.0, 1.0, "front share of driving and braking force"},
         Field{"drive_grip", &P::drive_grip, "", 0.1, 1.0, "share of an axle's grip that drive and brake may use"},
-        Field{"servo_time_constant", &P::servo_time_constant, "s", 0.005, 1.0, "first-order lag of the servo"},
-        Field{"steering_delay", &P::steering_delay, "s", 0.0, 0.5, "transport delay of the steering command"},
-        Field{"speed_delay", &P::speed_delay, "s", 0.0, 0.5, "transport delay of the speed command"},
-        Field{"speed_gain", &P::speed_gain, "1/s", 0.1, 100.0, "acceleration per speed error"},
         Field{"speed_constant_error", &P::speed_constant_error, "", -0.5, 0.5,
               "the car drives 1 + this times the speed that it commands and measures"},
         Field{"steering_gain", &P::steering_gain, "", 0.2, 3.0, "wheels turn this times the angle that is commanded"},
         Field{"steering_trim", &P::steering_trim, "rad", -0.3, 0.3, "wheels stand at this when 0 is commanded"},
         Field{"accel_max", &P::accel_max, "m/s^2", 0.1, 50.0, "motor's limit"},
-        Field{"brake_max", &P::brake_max, "m/s^2", 0.1, 50.0, "brake's limit, as a positive number"},
         Field{"speed_max", &P::speed_max, "m/s", 0.5, 100.0, "highest speed the car takes as a command"},
         Field{"reverse_speed_max", &P::reverse_speed_max, "m/s", 0.0, 50.0, "fastest backwards; 0: cannot reverse"},
         Field{"kinematic_below", &P::kinematic_below, "m/s", 0.1, 3.0, "no slip below; blended up to 1.5 times this"},
@@ -86,6 +77,7 @@ struct VehicleParams {
         Field{"gym_stiffness_rear", &P::gym_stiffness_rear, "1/rad", 0.1, 100.0, "C_Sr of the gym model"},
         Field{"gym_switch_speed", &P::gym_switch_speed, "m/s", 0.1, 100.0, "gym: acceleration falls as 1/v above"},
     };
+    return std::tuple_cat(CarDynamics::fields(), own);
   }
 
   Tire front_tyre() const noexcept { return {front_b, front_c, front_d, front_e}; }

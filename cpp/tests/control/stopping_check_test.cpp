@@ -24,11 +24,19 @@ LocalWalls corridor(double face, double from = -0.2, double to = 0.2) {
   return walls;
 }
 
+// A car and its limits, all at their defaults unless said otherwise.
+struct Believed {
+  CarModel car{};
+  VelocityProfileParams profile{};
+  StoppingCheckParams check{};
+
+  [[nodiscard]] StopLimits limits() const { return {car, profile, check}; }
+};
+
 StoppingCheck stop(const LocalWalls& walls, double speed, double wheels = 0.0,
                    StopSteering how = StopSteering::to_path) {
-  const CarGeometry car;
   const VehicleState state{speed, 0.0, wheels};
-  return check_stopping({straight_path(9.0), 8, walls, state}, {wheels, 0.075, how}, car, {});
+  return check_stopping({straight_path(9.0), 8, walls, state}, {wheels, 0.075, how}, Believed{}.limits());
 }
 
 constexpr double nose_x = 0.455;
@@ -51,15 +59,15 @@ TEST(StoppingCheck, a_face_beyond_the_stopping_distance_is_no_matter_and_one_wit
 }
 
 TEST(StoppingCheck, more_braking_is_never_worse) {
-  const CarGeometry car;
+  Believed believed;
   const auto path = straight_path(9.0);
   const LocalWalls walls = corridor(2.5);
   const VehicleState state{3.0, 0.0, 0.0};
   bool was_clear = false;
   for (double brake = 1.0; brake < 15.0; brake += 0.5) {
-    VelocityProfileParams params;
-    params.a_brake = brake;
-    const bool clear = check_stopping({path, 8, walls, state}, {.delay = 0.075}, car, params).clear;
+    believed.profile.a_brake = brake;
+    believed.car.brake_max = 20.0;
+    const bool clear = check_stopping({path, 8, walls, state}, {.delay = 0.075}, believed.limits()).clear;
     EXPECT_TRUE(clear || !was_clear) << brake;
     was_clear = clear;
   }
@@ -80,9 +88,9 @@ TEST(StoppingCheck, driving_along_something_near_is_allowed_coming_nearer_is_not
 
 TEST(StoppingCheck, says_how_it_held_the_wheels) {
   const LocalWalls walls = corridor(6.0);
-  EXPECT_EQ(stop(walls, 2.0, 0.2, StopSteering::straight).wheels, 0.0);
-  EXPECT_GT(stop(walls, 2.0, 0.2, StopSteering::kept).wheels, 0.15);
-  EXPECT_NEAR(stop(walls, 2.0, 0.0, StopSteering::to_path).wheels, 0.0, 1e-9);
+  EXPECT_EQ(stop(walls, 2.0, 0.2, StopSteering::straight).steering_angle, 0.0);
+  EXPECT_GT(stop(walls, 2.0, 0.2, StopSteering::kept).steering_angle, 0.15);
+  EXPECT_NEAR(stop(walls, 2.0, 0.0, StopSteering::to_path).steering_angle, 0.0, 1e-9);
 }
 
 TEST(StoppingCheck, is_the_same_in_the_mirror) {
@@ -94,19 +102,55 @@ TEST(StoppingCheck, is_the_same_in_the_mirror) {
     const StoppingCheck a = stop(right, 2.5, 0.1, how), b = stop(left, 2.5, -0.1, how);
     EXPECT_EQ(a.clear, b.clear);
     EXPECT_DOUBLE_EQ(a.distance, b.distance);
-    EXPECT_DOUBLE_EQ(a.wheels, -b.wheels);
+    EXPECT_DOUBLE_EQ(a.steering_angle, -b.steering_angle);
   }
 }
 
 TEST(StoppingCheck, a_braking_car_asks_for_no_more_grip_than_there_is) {
-  const CarGeometry car;
-  const VelocityProfileParams params;
+  const Believed believed;
+  const double most = believed.check.brake_bend_share * believed.profile.a_y_max;
   for (const double speed : {0.0, 1.0, 2.0, 4.0, 8.0}) {
-    const double angle = within_grip(0.4, speed, car, params);
-    EXPECT_LE(speed * speed * std::tan(angle) / car.wheelbase, 1.3 * params.a_y_max + 1e-9) << speed;
-    EXPECT_EQ(within_grip(-0.4, speed, car, params), -angle) << speed;
-    EXPECT_EQ(within_grip(0.5 * angle, speed, car, params), 0.5 * angle) << speed;
+    const double angle = within_grip(0.4, speed, believed.limits());
+    EXPECT_LE(speed * speed * std::tan(angle) / believed.car.wheelbase, most + 1e-9) << speed;
+    EXPECT_EQ(within_grip(-0.4, speed, believed.limits()), -angle) << speed;
+    EXPECT_EQ(within_grip(0.5 * angle, speed, believed.limits()), 0.5 * angle) << speed;
   }
+}
+
+// [m] from the face at which a car at `speed` is first told to brake.
+double braking_distance(const Believed& believed, double speed) {
+  const auto path = straight_path(9.0);
+  const VehicleState state{speed, 0.0, 0.0};
+  for (double face = nose_x + 0.05; face < 9.0; face += 0.02)
+    if (!decide_stop({path, 8, corridor(face), state}, 0.0, 0.025, false, believed.limits()).brake) return face;
+  return 9.0;
+}
+
+TEST(StoppingCheck, a_car_that_brakes_later_or_less_is_told_to_brake_earlier) {
+  const double usual = braking_distance({}, 3.0);
+  Believed late, weak, soft;
+  late.car.speed_delay = 0.15;
+  weak.car.brake_max = 2.5;
+  soft.car.speed_gain = 2.0;
+  EXPECT_NEAR(braking_distance(late, 3.0) - usual, 3.0 * (0.15 - late.check.reaction_time), 0.08);
+  EXPECT_NEAR(braking_distance(weak, 3.0) - usual, 9.0 / 2.0 * (1.0 / 2.5 - 1.0 / 5.0), 0.15);
+  EXPECT_GT(braking_distance(soft, 3.0), usual + 0.1);
+}
+
+// The wheels point to the right, a wall stands there: the car has to turn away from it.
+TEST(StoppingCheck, a_car_with_a_slow_or_late_servo_cannot_turn_away_as_soon) {
+  LocalWalls walls;
+  for (double x = -2.0; x < 6.0; x += 0.05) walls.right.push(x, -0.42, {}, 0.0F);
+  const auto path = straight_path(9.0);
+  const VehicleState state{3.0, 0.0, -0.12};
+  const auto distance = [&](const Believed& believed) {
+    return check_stopping({path, 8, walls, state}, {0.1, 0.2}, believed.limits()).clearance;
+  };
+  Believed slow, late;
+  slow.car.servo_time_constant = 0.3;
+  late.car.steering_delay = 0.15;
+  EXPECT_LT(distance(slow), distance({}) - 0.02);
+  EXPECT_LT(distance(late), distance({}) - 0.02);
 }
 
 }  // namespace

@@ -110,7 +110,7 @@ TEST(RacerState, whatever_stands_in_workspace_and_trace_between_two_steps_the_ne
     Drive drive(seed);
     Racer clean{params}, spoiled{params};
     int followed = 0;
-    for (int i = 0; i < scene::count_or(600); ++i) {
+    for (int i = 0; i < scene::count_or(240); ++i) {
       const Drive::Input in = drive.next();
       spoil(RacerProbe::workspace(spoiled));
       spoil(RacerProbe::trace(spoiled));
@@ -118,7 +118,7 @@ TEST(RacerState, whatever_stands_in_workspace_and_trace_between_two_steps_the_ne
       ASSERT_TRUE(same_bits(result, spoiled.step(in.scan.view(), in.state, in.dt))) << scene::how_to_repeat(seed, i);
       followed += result.status == Status::ok;
     }
-    EXPECT_GT(followed, scene::count_or(600) / 2) << "the whole method must have run";
+    EXPECT_GT(followed, scene::count_or(240) / 2) << "the whole method must have run";
   }
 }
 
@@ -137,10 +137,10 @@ TEST(RacerState, the_trace_shows_this_step_alone) {
 
 TEST(RacerState, a_racer_that_is_given_the_memory_of_another_goes_on_as_that_one) {
   const auto seed = scene::seed_or(33);
-  for (int start = 0; start < scene::count_or(12); ++start) {
+  for (int start = 0; start < scene::count_or(6); ++start) {
     Drive drive(seed);
     Racer first{Params{}}, second{Params{}};
-    for (int i = 0; i < 10 + 17 * start; ++i) {
+    for (int i = 0; i < 10 + 29 * start; ++i) {
       const Drive::Input in = drive.next();
       first.step(in.scan.view(), in.state, in.dt);
     }

@@ -15,6 +15,11 @@ CAR_FIELDS = FieldTable(_core.Car.fields())
 CAR_NAMES = ("default", "nuc2", "gym")
 
 
+def car_section(name: str) -> str:
+    """The section of a car that holds what the section `car` of a setup calls so: its geometry or its vehicle."""
+    return CAR_FIELDS.find(name, "car").section
+
+
 @dataclass(frozen=True)
 class Car:
     """A car to simulate: geometry, vehicle, sensors and lidar, see docs/parameters.md."""

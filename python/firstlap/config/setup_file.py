@@ -12,6 +12,7 @@ from firstlap import _core
 from firstlap.common.data_folder import data_folder
 from firstlap.common.errors import InputError
 from firstlap.common.yaml_text import parse_mapping, read_text
+from firstlap.config.car_file import car_section
 from firstlap.config.driver_kind import Params, driver_kind
 from firstlap.config.parameters import FieldTable, Value, Values, has_information
 
@@ -75,14 +76,19 @@ class Setup:
             raise InputError(f"{where}: {error}") from None
 
     def params(self, car: _core.Car | None = None) -> Any:
-        """For its driver (`_core.Params` for local). With a car, its body replaces what the setup does not say."""
+        """For its driver (`_core.Params` for local). With a car, what the driver knows of its body and its dynamics
+        replaces what the setup does not say."""
         params: Params = driver_kind(self.driver).new_params()
-        if car is not None and "car" in self.fields.sections:
-            for name, value in car.values()["geometry"].items():
-                params.set("car", name, value)
-        for (section, name), value in self.given.items():
+        told = self if car is None else self.told_of(car)
+        for (section, name), value in told.given.items():
             params.set(section, name, value)
         return params
+
+    def told_of(self, car: _core.Car) -> Setup:
+        """A copy that also says what its driver knows of a car, so that it keeps to that in another one."""
+        of_car = [entry for entry in self.fields.fields if entry.section == "car"]
+        known: Values = {(entry.section, entry.name): car.get(car_section(entry.name), entry.name) for entry in of_car}
+        return replace(self, given={**known, **self.given})
 
     def values(self) -> dict[str, dict[str, Value]]:
         """Every parameter, {section: {name: value}}."""

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from firstlap import _core
 from firstlap.config.car_file import Car
 from firstlap.config.setup_file import Setup, choose_setup
+from firstlap.perception.scan import USUAL_PERIOD
 
 
 class Command(NamedTuple):
@@ -28,7 +29,7 @@ def step_core(
     speed: float,
     yaw_rate: float = 0.0,
     steering_angle: float = 0.0,
-    dt: float = 0.025,
+    dt: float = USUAL_PERIOD,
     angle_min: float = -0.75 * math.pi,
     angle_increment: float = math.pi / 720.0,
     time_increment: float = 0.0,
@@ -56,7 +57,7 @@ class Racer:
         speed: float,
         yaw_rate: float = 0.0,
         steering_angle: float = 0.0,
-        dt: float = 0.025,
+        dt: float = USUAL_PERIOD,
         angle_min: float = -0.75 * math.pi,
         angle_increment: float = math.pi / 720.0,
         time_increment: float = 0.0,

@@ -10,7 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from firstlap import _core
+from firstlap.config.car_file import CAR_FIELDS
 
+USUAL_PERIOD = 1.0 / float(CAR_FIELDS.find("lidar.rate", "car").default)
+"""[s] between two scans, where nothing tells: that of the default car's LiDAR."""
 LASER = ("laser_x", "laser_y")
 """Of a car's geometry: where the laser sits."""
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from firstlap.common.errors import InputError
-from firstlap.config.car_file import Car, load_car
+from firstlap.config.car_file import Car, car_section, load_car
 from firstlap.config.driver_kind import driver_kind
 from firstlap.config.parameters import Field, Value
 from firstlap.config.setup_file import Setup, load_setup
@@ -337,7 +337,7 @@ class RosSource(Holding):
             car = load_car("default")
             for field in self._setup.fields.fields:
                 if field.section == "car":
-                    car.core.set("geometry", field.name, self._setup.get(field.key))
+                    car.core.set(car_section(field.name), field.name, self._setup.get(field.key))
             self.car = Car(self.title, car.core, self._link.path)
 
     def _on_parameters(self, event: Any) -> None:

@@ -8,13 +8,14 @@ import numpy as np
 import numpy.typing as npt
 
 from firstlap.common.text import counted
+from firstlap.perception import scan
 from firstlap.perception.scan import sweep_time
 from firstlap.recordings.recording import LONGEST_PAUSE
 
 Floats = npt.NDArray[np.float64]
 Nanoseconds = npt.NDArray[np.int64]
 
-USUAL_PERIOD = 25_000_000
+USUAL_PERIOD = round(scan.USUAL_PERIOD * 1e9)
 """[ns] between scans, for a recording of one scan."""
 
 

@@ -23,7 +23,7 @@ from tf2_msgs.msg import TFMessage
 from firstlap.common.errors import InputError
 from firstlap.drivers.driving import Driving
 from firstlap.perception.frames import Frames, mount_of
-from firstlap.perception.scan import Mount, Scan
+from firstlap.perception.scan import USUAL_PERIOD, Mount, Scan
 from firstlap.ros.claims import HEARTBEAT
 from firstlap.ros.conversions import judged, seconds, set_stamp, sweep_of
 from firstlap.ros.diagnostics import Health
@@ -51,8 +51,8 @@ CLOCK_STALL = 0.25
 """[s] of the steady clock in which a simulated one must move."""
 FORGET = 0.5
 """[s] after which a silent source may begin with any stamp."""
-FIRST_STEP, LONGEST_STEP = 0.025, 1.0
-"""[s] between two scans as the driver is told: where there was none before, and at most."""
+LONGEST_STEP = 1.0
+"""[s] between two scans, as the driver is told at most."""
 
 OK, REFUSED = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 
@@ -489,7 +489,7 @@ class DriveNode(LifecycleNode):
             return
         speed, yaw_rate, steering_angle = self.state.now()
         before = time.perf_counter()
-        command = self.driving.step(scan, speed, yaw_rate, steering_angle, min(dt, LONGEST_STEP) or FIRST_STEP)
+        command = self.driving.step(scan, speed, yaw_rate, steering_angle, min(dt, LONGEST_STEP) or USUAL_PERIOD)
         spent = time.perf_counter() - before
         limited = within(command.speed, command.steering_angle, self.speed_limit, self.driving.steering_limit)
         if limited is None:

@@ -139,14 +139,15 @@ def car_of(problem: Problem) -> Car:
 def race_one(
     problem: Problem, setup: Setup, conditions: Conditions, preparation: Any, look: RaceCallback | None
 ) -> RaceResult:
-    """One race of a candidate."""
+    """One race of a candidate, which is told of the car as it should be."""
+    car = car_of(problem)
     options: dict[str, float] = {"record_path": False, **race_options(problem.spread, conditions)}
     if problem.slowest > 0.0:
         options["timeout_speed"] = problem.slowest
     return race(
         problem.track,
-        setup,
-        changed_car(car_of(problem), problem.spread, conditions),
+        setup.told_of(car.core),
+        changed_car(car, problem.spread, conditions),
         laps=problem.laps,
         seed=conditions.seed,
         options=options,

@@ -66,6 +66,20 @@ def test_a_car_brings_its_body_unless_the_setup_has_one():
     assert own.params(gym).get("car", "wheelbase") == 0.4
 
 
+def test_a_car_brings_its_dynamics_to_the_driver_that_knows_of_them():
+    nuc2 = firstlap.load_car("nuc2").core
+    assert firstlap.load_setup("sure").params(nuc2).get("car", "servo_time_constant") == 0.1578
+    assert firstlap.load_setup("sure").params(nuc2).get("car", "steering_delay") == 0.0
+    own = firstlap.load_setup("sure").with_values({"car.servo_time_constant": 0.2})
+    assert own.params(nuc2).get("car", "servo_time_constant") == 0.2
+    assert "servo_time_constant" not in firstlap.load_setup("gap").params(nuc2).values()["car"]
+
+
+def test_the_default_car_is_the_one_that_drivers_believe_in():
+    believed, car = firstlap.load_setup("sure").params().values()["car"], firstlap.load_car("default").core.values()
+    assert believed == {name: {**car["geometry"], **car["vehicle"]}[name] for name in believed}
+
+
 def test_a_car_file_holds_what_differs_from_the_default_car():
     car = parse_car("vehicle:\n  friction: 0.6\nlidar:\n  beams: 541\n", "mine.yaml").core
     assert car.get("vehicle", "friction") == 0.6

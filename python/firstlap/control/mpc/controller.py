@@ -16,6 +16,7 @@ from firstlap.control.mpc.model import model_of
 from firstlap.control.mpc.observer import Body, Commands, corrected, finite, predicted, standing
 from firstlap.control.mpc.params import MpcParams
 from firstlap.control.mpc.problem import Problem
+from firstlap.perception.scan import USUAL_PERIOD
 from firstlap.planning.raceline.corridor import Corridor
 from firstlap.planning.raceline.line import RaceLine
 from firstlap.tracks.track import FloatArray, Track
@@ -88,7 +89,7 @@ class Controller:
         there is none. speed [m/s], yaw_rate [rad/s], steering_angle [rad]: measured now. dt: seconds since the last.
         """
         begin = self._clock()
-        dt = dt if math.isfinite(dt) and 0.0 < dt < 1.0 else 0.025
+        dt = dt if math.isfinite(dt) and 0.0 < dt < 1.0 else USUAL_PERIOD
         self._observe(pose, (speed, yaw_rate, steering_angle), dt, pose_age)
         if self.body is None:
             self.acting = (speed if math.isfinite(speed) else 0.0, 0.0)

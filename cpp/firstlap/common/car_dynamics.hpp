@@ -1,0 +1,35 @@
+// How the car follows its commands, as planner and simulator both know it.
+#pragma once
+
+#include <tuple>
+
+#include "firstlap/common/car_geometry.hpp"
+#include "firstlap/common/field.hpp"
+
+namespace firstlap {
+
+struct CarDynamics {
+  double servo_time_constant = 0.06;
+  double steering_delay = 0.04;
+  double speed_delay = 0.0;
+  double speed_gain = 8.0;
+  double brake_max = 7.0;
+
+  static constexpr auto fields() {
+    using C = CarDynamics;
+    return std::tuple{
+        Field{"servo_time_constant", &C::servo_time_constant, "s", 0.005, 1.0, "first-order lag of the servo"},
+        Field{"steering_delay", &C::steering_delay, "s", 0.0, 0.5, "transport delay of the steering command"},
+        Field{"speed_delay", &C::speed_delay, "s", 0.0, 0.5, "transport delay of the speed command"},
+        Field{"speed_gain", &C::speed_gain, "1/s", 0.1, 100.0, "acceleration per speed error"},
+        Field{"brake_max", &C::brake_max, "m/s^2", 0.1, 50.0, "brake's limit, as a positive number"},
+    };
+  }
+};
+
+// The car as a planner knows it.
+struct CarModel : CarGeometry, CarDynamics {
+  static constexpr auto fields() { return std::tuple_cat(CarGeometry::fields(), CarDynamics::fields()); }
+};
+
+}  // namespace firstlap
