@@ -1,0 +1,41 @@
+"""Everything that tests, scripts and fuzzers import from firstlap is there; mypy reads the package alone."""
+
+from __future__ import annotations
+
+import ast
+import importlib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+FILES = sorted(
+    path for folder in ("python/tests", "python/fuzz", "scripts", "ros") for path in (ROOT / folder).rglob("*.py")
+)
+
+
+def imported(path: Path) -> set[tuple[str, str]]:
+    """(module, name) of every `from firstlap... import ...`, inside of functions too."""
+    nodes = (node for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))) if isinstance(node, ast.ImportFrom))
+    return {
+        (node.module, name.name)
+        for node in nodes
+        if node.module and node.module.split(".")[0] == "firstlap"
+        for name in node.names
+    }
+
+
+def is_there(module: str, name: str) -> bool:
+    """Also where another package that it needs is not installed."""
+    try:
+        if hasattr(importlib.import_module(module), name):
+            return True
+        importlib.import_module(f"{module}.{name}")
+    except ModuleNotFoundError as error:
+        return not str(error.name).startswith("firstlap")
+    return True
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(ROOT)))
+def test_what_is_imported_is_there(path: Path) -> None:
+    assert [pair for pair in sorted(imported(path)) if not is_there(*pair)] == []
