@@ -21,8 +21,8 @@ struct CarDynamics {
         Field{"servo_time_constant", &C::servo_time_constant, "s", 0.005, 1.0, "first-order lag of the servo"},
         Field{"steering_delay", &C::steering_delay, "s", 0.0, 0.5, "transport delay of the steering command"},
         Field{"speed_delay", &C::speed_delay, "s", 0.0, 0.5, "transport delay of the speed command"},
-        Field{"speed_gain", &C::speed_gain, "1/s", 0.1, 100.0, "acceleration per speed error"},
-        Field{"brake_max", &C::brake_max, "m/s^2", 0.1, 50.0, "brake's limit, as a positive number"},
+        Field{"speed_gain", &C::speed_gain, "1/s", 0.1, 100.0, "gain of the speed loop: acceleration per speed error"},
+        Field{"brake_max", &C::brake_max, "m/s^2", 0.1, 50.0, "deceleration limit of the brake, as a positive number"},
     };
   }
 };

@@ -23,13 +23,13 @@ struct CarGeometry {
     using C = CarGeometry;
     return std::tuple{
         Field{"wheelbase", &C::wheelbase, "m", 0.1, 1.0, "rear axle to front axle"},
-        Field{"width", &C::width, "m", 0.1, 1.0, "over the tires"},
+        Field{"width", &C::width, "m", 0.1, 1.0, "across the tires"},
         Field{"length", &C::length, "m", 0.2, 2.0, "bumper to bumper"},
         Field{"rear_overhang", &C::rear_overhang, "m", 0.0, 0.5, "rear axle to rear bumper"},
-        Field{"laser_x", &C::laser_x, "m", -0.5, 1.0, "laser ahead of the rear axle"},
-        Field{"laser_y", &C::laser_y, "m", -0.5, 0.5, "laser left of the middle of the car"},
-        Field{"steering_limit", &C::steering_limit, "rad", 0.1, 1.0, "largest wheel angle, either side"},
-        Field{"steering_rate", &C::steering_rate, "rad/s", 0.5, 20.0, "fastest change of the wheel angle"},
+        Field{"laser_x", &C::laser_x, "m", -0.5, 1.0, "LiDAR position ahead of the rear axle"},
+        Field{"laser_y", &C::laser_y, "m", -0.5, 0.5, "LiDAR position left of the car's center line"},
+        Field{"steering_limit", &C::steering_limit, "rad", 0.1, 1.0, "maximum steering angle to either side"},
+        Field{"steering_rate", &C::steering_rate, "rad/s", 0.5, 20.0, "maximum rate of the steering angle"},
     };
   }
 };

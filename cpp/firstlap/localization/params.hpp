@@ -23,12 +23,14 @@ struct MotionParams {
   static constexpr auto fields() {
     using P = MotionParams;
     return std::tuple{
-        Field{"speed_noise", &P::speed_noise, "m/s", 0.0, 5.0, "spread of the speed"},
-        Field{"speed_ratio", &P::speed_ratio, "", 0.0, 1.0, "and more of it per m/s"},
-        Field{"yaw_rate_noise", &P::yaw_rate_noise, "rad/s", 0.0, 5.0, "spread of the yaw rate"},
-        Field{"yaw_rate_ratio", &P::yaw_rate_ratio, "", 0.0, 1.0, "and more of it per rad/s"},
-        Field{"lateral_ratio", &P::lateral_ratio, "", 0.0, 1.0, "spread of the sideways speed per m/s ahead"},
-        Field{"slip", &P::slip, "s^2/m", 0.0, 0.1, "angle by which the rear axle slips per lateral acceleration"},
+        Field{"speed_noise", &P::speed_noise, "m/s", 0.0, 5.0, "standard deviation of the speed"},
+        Field{"speed_ratio", &P::speed_ratio, "", 0.0, 1.0, "increase of the speed's standard deviation per m/s"},
+        Field{"yaw_rate_noise", &P::yaw_rate_noise, "rad/s", 0.0, 5.0, "standard deviation of the yaw rate"},
+        Field{"yaw_rate_ratio", &P::yaw_rate_ratio, "", 0.0, 1.0,
+              "increase of the yaw rate's standard deviation per rad/s"},
+        Field{"lateral_ratio", &P::lateral_ratio, "", 0.0, 1.0,
+              "standard deviation of the lateral speed per m/s of forward speed"},
+        Field{"slip", &P::slip, "s^2/m", 0.0, 0.1, "slip angle of the rear axle per lateral acceleration"},
     };
   }
 };
@@ -54,22 +56,27 @@ struct FilterParams {
   static constexpr auto fields() {
     using P = FilterParams;
     return std::tuple{
-        Field{"particles_min", &P::particles_min, "", 50.0, 20000.0, "particles while all is well"},
-        Field{"particles_max", &P::particles_max, "", 50.0, 20000.0, "particles while searching"},
-        Field{"beams", &P::beams, "", 5.0, 400.0, "returns of a scan that weigh the particles"},
-        Field{"sigma_hit", &P::sigma_hit, "m", 0.01, 1.0, "distance of a return from the map that is nothing unusual"},
-        Field{"sigma_search", &P::sigma_search, "m", 0.01, 2.0, "the same while searching"},
-        Field{"noise_floor", &P::noise_floor, "", 0.0001, 1.0, "likelihood of a return that fits nowhere"},
-        Field{"weight_power", &P::weight_power, "", 0.01, 1.0, "beams are no independent witnesses: exponent"},
-        Field{"start_radius", &P::start_radius, "m", 0.0, 10.0, "the start may be wrong by this"},
-        Field{"start_angle", &P::start_angle, "rad", 0.0, 3.2, "and by this"},
-        Field{"explorers", &P::explorers, "", 0.0, 0.5, "share of particles that look elsewhere nearby, always"},
-        Field{"explorer_radius", &P::explorer_radius, "m", 0.0, 5.0, "this far"},
-        Field{"explorer_angle", &P::explorer_angle, "rad", 0.0, 3.2, "and turned by this"},
-        Field{"search_radius", &P::search_radius, "m", 0.0, 10.0, "a lost filter looks this far"},
-        Field{"search_angle", &P::search_angle, "rad", 0.0, 3.2, "and turned by this"},
-        Field{"cluster_radius", &P::cluster_radius, "m", 0.05, 5.0, "particles this near to the best one count"},
-        Field{"cluster_angle", &P::cluster_angle, "rad", 0.02, 3.2, "and turned from it by this"},
+        Field{"particles_min", &P::particles_min, "", 50.0, 20000.0, "number of particles while tracking"},
+        Field{"particles_max", &P::particles_max, "", 50.0, 20000.0, "number of particles while searching"},
+        Field{"beams", &P::beams, "", 5.0, 400.0, "returns per scan used to weight the particles"},
+        Field{"sigma_hit", &P::sigma_hit, "m", 0.01, 1.0, "standard deviation of a return's distance from the map"},
+        Field{"sigma_search", &P::sigma_search, "m", 0.01, 2.0,
+              "standard deviation of a return's distance from the map while searching"},
+        Field{"noise_floor", &P::noise_floor, "", 0.0001, 1.0, "likelihood of a random return"},
+        Field{"weight_power", &P::weight_power, "", 0.01, 1.0,
+              "exponent of the likelihood, since beams are not independent"},
+        Field{"start_radius", &P::start_radius, "m", 0.0, 10.0, "maximum position error of the start pose"},
+        Field{"start_angle", &P::start_angle, "rad", 0.0, 3.2, "maximum heading error of the start pose"},
+        Field{"explorers", &P::explorers, "", 0.0, 0.5, "share of particles that always explore the neighborhood"},
+        Field{"explorer_radius", &P::explorer_radius, "m", 0.0, 5.0, "maximum distance of explorers from the estimate"},
+        Field{"explorer_angle", &P::explorer_angle, "rad", 0.0, 3.2,
+              "maximum heading difference of explorers from the estimate"},
+        Field{"search_radius", &P::search_radius, "m", 0.0, 10.0, "search radius of a lost filter"},
+        Field{"search_angle", &P::search_angle, "rad", 0.0, 3.2, "angular search range of a lost filter"},
+        Field{"cluster_radius", &P::cluster_radius, "m", 0.05, 5.0,
+              "particles within this distance of the best one form the estimate"},
+        Field{"cluster_angle", &P::cluster_angle, "rad", 0.02, 3.2,
+              "particles within this heading difference of the best one form the estimate"},
     };
   }
 };
@@ -84,11 +91,12 @@ struct RefineParams {
   static constexpr auto fields() {
     using P = RefineParams;
     return std::tuple{
-        Field{"iterations", &P::iterations, "", 0.0, 50.0, "of scan-to-map matching from the particles' mean (0: off)"},
-        Field{"points", &P::points, "", 10.0, 1000.0, "of the scan that take part"},
-        Field{"sigma", &P::sigma, "m", 0.005, 0.5, "distance of a point from the map that is nothing unusual"},
-        Field{"reach", &P::reach, "m", 0.05, 2.0, "points farther than this from the map do not pull"},
-        Field{"prior", &P::prior, "m", 0.001, 1.0, "how firmly the mean holds where the walls say nothing"},
+        Field{"iterations", &P::iterations, "", 0.0, 50.0,
+              "maximum iterations of the scan-to-map matching from the particle mean (0: off)"},
+        Field{"points", &P::points, "", 10.0, 1000.0, "number of scan points used for matching"},
+        Field{"sigma", &P::sigma, "m", 0.005, 0.5, "scale of the robust kernel: distance of a point from the map"},
+        Field{"reach", &P::reach, "m", 0.05, 2.0, "scan points farther than this from the map are ignored"},
+        Field{"prior", &P::prior, "m", 0.001, 1.0, "standard deviation of the prior at the particle mean"},
     };
   }
 };
@@ -109,18 +117,21 @@ struct LostParams {
   static constexpr auto fields() {
     using P = LostParams;
     return std::tuple{
-        Field{"fit_distance", &P::fit_distance, "m", 0.02, 1.0, "a point this near to the map fits"},
-        Field{"fit_search", &P::fit_search, "", 0.0, 1.0, "below this share of fitting points the filter searches"},
-        Field{"fit_tight", &P::fit_tight, "m", 0.01, 1.0, "a point this near fits tightly"},
+        Field{"fit_distance", &P::fit_distance, "m", 0.02, 1.0, "a point within this distance of the map matches"},
+        Field{"fit_search", &P::fit_search, "", 0.0, 1.0, "share of matching points below which the filter searches"},
+        Field{"fit_tight", &P::fit_tight, "m", 0.01, 1.0, "a point within this distance matches tightly"},
         Field{"fit_drop", &P::fit_drop, "", 0.0, 1.0,
-              "it also searches where the tight fit is this far below its own average"},
-        Field{"fit_lost", &P::fit_lost, "", 0.0, 1.0, "it is lost where the share, averaged, is below this"},
-        Field{"fit_time", &P::fit_time, "s", 0.01, 10.0, "time of that average"},
-        Field{"jump", &P::jump, "m", 0.05, 10.0, "a pose this far from odometry's fits nothing"},
-        Field{"found_time", &P::found_time, "s", 0.0, 5.0, "it is found when nothing is odd for so long"},
-        Field{"found_again_time", &P::found_again_time, "s", 0.0, 5.0, "or for so long, if it was found before"},
-        Field{"std_search", &P::std_search, "m", 0.01, 5.0, "particles spread wider than this: search"},
-        Field{"std_lost", &P::std_lost, "m", 0.01, 5.0, "particles spread wider than this: lost"},
+              "the filter also searches if the tight match is this far below its own average"},
+        Field{"fit_lost", &P::fit_lost, "", 0.0, 1.0,
+              "averaged share of matching points below which the filter is lost"},
+        Field{"fit_time", &P::fit_time, "s", 0.01, 10.0, "time constant of the averages"},
+        Field{"jump", &P::jump, "m", 0.05, 10.0, "a pose this far from the odometry's prediction is rejected"},
+        Field{"found_time", &P::found_time, "s", 0.0, 5.0,
+              "how long all checks must pass before the filter is localized"},
+        Field{"found_again_time", &P::found_again_time, "s", 0.0, 5.0,
+              "how long all checks must pass before a lost filter is localized again"},
+        Field{"std_search", &P::std_search, "m", 0.01, 5.0, "particle spread above which the filter searches"},
+        Field{"std_lost", &P::std_lost, "m", 0.01, 5.0, "particle spread above which the filter is lost"},
     };
   }
 };

@@ -21,12 +21,15 @@ struct CloudParams {
   static constexpr auto fields() {
     using P = CloudParams;
     return std::tuple{
-        Field{"range_use", &P::range_use, "m", 2.0, 60.0, "returns beyond this are not used"},
-        Field{"spacing", &P::spacing, "m", 0.01, 0.5, "neighboring returns nearer than this become one, their mean"},
-        Field{"normal_reach", &P::normal_reach, "m", 0.02, 1.0, "a normal is fitted over this to both sides"},
-        Field{"normal_noise", &P::normal_noise, "m", 0.001, 0.2, "and is unknown where the points bend more than this"},
-        Field{"break_angle", &P::break_angle, "rad", 0.02, 0.5, "smallest incidence that still is one wall"},
-        Field{"break_max", &P::break_max, "m", 0.1, 3.0, "neighbors farther apart than this are never one wall"},
+        Field{"range_use", &P::range_use, "m", 2.0, 60.0, "returns beyond this range are ignored"},
+        Field{"spacing", &P::spacing, "m", 0.01, 0.5, "neighboring returns closer than this are averaged"},
+        Field{"normal_reach", &P::normal_reach, "m", 0.02, 1.0, "normals are fitted over this distance to both sides"},
+        Field{"normal_noise", &P::normal_noise, "m", 0.001, 0.2,
+              "no normal where the points deviate more than this from a line"},
+        Field{"break_angle", &P::break_angle, "rad", 0.02, 0.5,
+              "smallest angle of incidence at which points belong to one wall"},
+        Field{"break_max", &P::break_max, "m", 0.1, 3.0,
+              "neighboring points farther apart than this never belong to one wall"},
     };
   }
 };
@@ -43,12 +46,13 @@ struct MatchParams {
   static constexpr auto fields() {
     using P = MatchParams;
     return std::tuple{
-        Field{"iterations", &P::iterations, "", 1.0, 200.0, "at most"},
-        Field{"reach_first", &P::reach_first, "m", 0.05, 3.0, "partners are sought this near at first"},
-        Field{"reach_last", &P::reach_last, "m", 0.02, 1.0, "and this near at last"},
-        Field{"sigma", &P::sigma, "m", 0.001, 0.2, "distance of a point from its line that is nothing unusual"},
-        Field{"normal_angle", &P::normal_angle, "rad", 0.1, 3.2, "partners whose normals differ more are none"},
-        Field{"inlier_distance", &P::inlier_distance, "m", 0.005, 0.5, "a point this near to its line fits"},
+        Field{"iterations", &P::iterations, "", 1.0, 200.0, "maximum number of iterations"},
+        Field{"reach_first", &P::reach_first, "m", 0.05, 3.0, "correspondence distance of the first iteration"},
+        Field{"reach_last", &P::reach_last, "m", 0.02, 1.0, "correspondence distance of the last iteration"},
+        Field{"sigma", &P::sigma, "m", 0.001, 0.2, "scale of the robust kernel: point-to-line distance"},
+        Field{"normal_angle", &P::normal_angle, "rad", 0.1, 3.2,
+              "maximum angle between the normals of a correspondence"},
+        Field{"inlier_distance", &P::inlier_distance, "m", 0.005, 0.5, "maximum point-to-line distance of an inlier"},
     };
   }
 };
@@ -74,23 +78,27 @@ struct GraphParams {
   static constexpr auto fields() {
     using P = GraphParams;
     return std::tuple{
-        Field{"keyframe_distance", &P::keyframe_distance, "m", 0.02, 5.0, "a scan is kept each time after this"},
-        Field{"keyframe_angle", &P::keyframe_angle, "rad", 0.02, 1.6, "or after this turn"},
-        Field{"submap_keyframes", &P::submap_keyframes, "", 1.0, 200.0, "a new scan is matched with so many"},
-        Field{"edges", &P::edges, "", 1.0, 10.0,
-              "each kept scan is tied to those 1, 2, 4, 8 ... before it, so many of them"},
-        Field{"odometry_distance", &P::odometry_distance, "", 0.0005, 0.5, "error of odometry along, per meter"},
-        Field{"odometry_angle", &P::odometry_angle, "rad", 0.0005, 0.5, "error of its heading, per meter"},
-        Field{"match_weight", &P::match_weight, "", 0.001, 1.0,
-              "a match counts as so many independent points per point"},
-        Field{"loop_travel", &P::loop_travel, "m", 2.0, 500.0, "no loop is shorter than this"},
-        Field{"loop_radius", &P::loop_radius, "m", 0.05, 10.0, "an earlier place is sought this near"},
-        Field{"loop_drift", &P::loop_drift, "", 0.0, 0.2, "and this farther per meter driven since"},
-        Field{"loop_angle", &P::loop_angle, "rad", 0.02, 1.6, "and turned by this at most"},
-        Field{"loop_fit", &P::loop_fit, "", 0.1, 1.0, "share of points that must fit there"},
-        Field{"loop_agree", &P::loop_agree, "", 1.0, 100.0, "so many scans in a row must say the same"},
-        Field{"loop_agree_distance", &P::loop_agree_distance, "m", 0.01, 2.0, "to within this"},
-        Field{"loop_agree_angle", &P::loop_agree_angle, "rad", 0.002, 0.5, "and this"},
+        Field{"keyframe_distance", &P::keyframe_distance, "m", 0.02, 5.0, "distance between keyframes"},
+        Field{"keyframe_angle", &P::keyframe_angle, "rad", 0.02, 1.6, "rotation between keyframes"},
+        Field{"submap_keyframes", &P::submap_keyframes, "", 1.0, 200.0,
+              "number of keyframes a new scan is matched against"},
+        Field{"edges", &P::edges, "", 1.0, 10.0, "pose-graph edges per keyframe, to those 1, 2, 4, 8, ... before it"},
+        Field{"odometry_distance", &P::odometry_distance, "", 0.0005, 0.5, "longitudinal odometry error per meter"},
+        Field{"odometry_angle", &P::odometry_angle, "rad", 0.0005, 0.5, "heading error of the odometry per meter"},
+        Field{"match_weight", &P::match_weight, "", 0.001, 1.0, "independent measurements per matched point"},
+        Field{"loop_travel", &P::loop_travel, "m", 2.0, 500.0, "minimum length of a loop"},
+        Field{"loop_radius", &P::loop_radius, "m", 0.05, 10.0,
+              "distance between two poses within which a loop closure is searched"},
+        Field{"loop_drift", &P::loop_drift, "", 0.0, 0.2,
+              "growth of that distance per meter driven between the two poses"},
+        Field{"loop_angle", &P::loop_angle, "rad", 0.02, 1.6,
+              "largest rotation between two poses that still counts as a loop closure"},
+        Field{"loop_fit", &P::loop_fit, "", 0.1, 1.0, "share of points that must match for a loop closure"},
+        Field{"loop_agree", &P::loop_agree, "", 1.0, 100.0, "consecutive scans that must agree on a loop closure"},
+        Field{"loop_agree_distance", &P::loop_agree_distance, "m", 0.01, 2.0,
+              "maximum position difference of scans that agree on a loop closure"},
+        Field{"loop_agree_angle", &P::loop_agree_angle, "rad", 0.002, 0.5,
+              "maximum heading difference of scans that agree on a loop closure"},
     };
   }
 };
@@ -105,12 +113,13 @@ struct GridParams {
   static constexpr auto fields() {
     using P = GridParams;
     return std::tuple{
-        Field{"resolution", &P::resolution, "m", 0.01, 0.2, "side of a cell"},
-        Field{"range_use", &P::range_use, "m", 1.0, 60.0, "returns beyond this draw nothing"},
+        Field{"resolution", &P::resolution, "m", 0.01, 0.2, "cell size of the map"},
+        Field{"range_use", &P::range_use, "m", 1.0, 60.0, "returns beyond this range are ignored"},
         Field{"occupied_ratio", &P::occupied_ratio, "", 0.01, 1.0,
-              "occupied where this share of the beams that met a cell ended there"},
-        Field{"min_passes", &P::min_passes, "", 1.0, 100.0, "a cell that fewer beams met stays unknown"},
-        Field{"margin", &P::margin, "m", 0.1, 10.0, "of unknown round the map"},
+              "share of the beams meeting a cell that must end there for it to be occupied"},
+        Field{"min_passes", &P::min_passes, "", 1.0, 100.0,
+              "minimum number of beams that must meet a cell for it to be known"},
+        Field{"margin", &P::margin, "m", 0.1, 10.0, "unknown margin around the map"},
     };
   }
 };
@@ -124,9 +133,9 @@ struct DriveParams {
   static constexpr auto fields() {
     using P = DriveParams;
     return std::tuple{
-        Field{"speed", &P::speed, "m/s", 0.3, 10.0, "top speed of the mapping lap"},
-        Field{"overlap", &P::overlap, "m", 0.0, 100.0, "driven on after the loop was seen to close"},
-        Field{"give_up", &P::give_up, "m", 5.0, 100000.0, "driven without a loop: there is none"},
+        Field{"speed", &P::speed, "m/s", 0.3, 10.0, "maximum speed of the mapping lap"},
+        Field{"overlap", &P::overlap, "m", 0.0, 100.0, "distance driven after the loop closure"},
+        Field{"give_up", &P::give_up, "m", 5.0, 100000.0, "distance without a loop closure after which mapping fails"},
     };
   }
 };

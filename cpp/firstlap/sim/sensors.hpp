@@ -39,18 +39,18 @@ struct SensorParams {
     using P = SensorParams;
     return std::tuple{
         Field{"speed_noise", &P::speed_noise, "m/s", 0.0, 2.0, "standard deviation of the speed"},
-        Field{"speed_scale_error", &P::speed_scale_error, "", -0.5, 0.5, "measured speed is 1 + this, times the true"},
+        Field{"speed_scale_error", &P::speed_scale_error, "", -0.5, 0.5,
+              "the measured speed is 1 + this times the true speed"},
         Field{"yaw_rate_noise", &P::yaw_rate_noise, "rad/s", 0.0, 2.0, "standard deviation of the yaw rate"},
         Field{"yaw_rate_bias", &P::yaw_rate_bias, "rad/s", -1.0, 1.0, "added to the yaw rate"},
-        Field{"steering_noise", &P::steering_noise, "rad", 0.0, 0.5, "standard deviation of the wheel angle"},
-        Field{"steering_offset", &P::steering_offset, "rad", -0.2, 0.2, "added to the wheel angle"},
-        Field{"latency", &P::latency, "s", 0.0, 0.2, "age of a measurement when the driver gets it"},
+        Field{"steering_noise", &P::steering_noise, "rad", 0.0, 0.5, "standard deviation of the steering angle"},
+        Field{"steering_offset", &P::steering_offset, "rad", -0.2, 0.2, "added to the steering angle"},
+        Field{"latency", &P::latency, "s", 0.0, 0.2, "age of a measurement when the driver receives it"},
         Field{"odometry_fault", &P::odometry_fault, "", 0.0, 5.0,
               "0 none, 1 speed negated, 2 speed in the map frame, 3 km/h, 4 deg/s, 5 stuck at 0"},
-        Field{"laser_x_error", &P::laser_x_error, "m", -0.5, 0.5, "laser ahead of where the driver believes it"},
-        Field{"laser_y_error", &P::laser_y_error, "m", -0.5, 0.5, "laser left of where the driver believes it"},
-        Field{"laser_yaw_error", &P::laser_yaw_error, "rad", -3.2, 3.2,
-              "laser turned left of where the driver believes it to look"},
+        Field{"laser_x_error", &P::laser_x_error, "m", -0.5, 0.5, "LiDAR position error, forward"},
+        Field{"laser_y_error", &P::laser_y_error, "m", -0.5, 0.5, "LiDAR position error, left"},
+        Field{"laser_yaw_error", &P::laser_yaw_error, "rad", -3.2, 3.2, "LiDAR yaw error, left"},
     };
   }
 };

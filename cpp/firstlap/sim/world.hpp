@@ -27,11 +27,11 @@ struct WorldOptions {
     using P = WorldOptions;
     return std::tuple{
         Field{"cars", &P::cars, "", 1.0, 16.0, "cars on the track"},
-        Field{"gap", &P::gap, "m", 0.6, 1000.0, "along the centerline, from each car to the one that starts behind it"},
+        Field{"gap", &P::gap, "m", 0.6, 1000.0, "starting distance between cars along the centerline"},
         Field{"command_timeout", &P::command_timeout, "s", 0.0, 10.0,
-              "a car without a command for this long is stopped, as the car's mux does (0: never)"},
-        Field{"mu_scale", &P::mu_scale, "", 0.05, 3.0, "times the car's friction"},
-        Field{"contacts", &P::contacts, "", 0.0, 1.0, "a car that touches something stands until it is put back"},
+              "a car without a command for this long is stopped, like a real car by its mux (0: never)"},
+        Field{"mu_scale", &P::mu_scale, "", 0.05, 3.0, "scale of the car's friction"},
+        Field{"contacts", &P::contacts, "", 0.0, 1.0, "a car that touches something stops until it is reset"},
     };
   }
 };

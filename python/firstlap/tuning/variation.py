@@ -1,4 +1,4 @@
-"""What differs from race to race while a setup is judged: seeds, grip, delays, the car, the start."""
+"""Variation from race to race in the evaluation of a setup: seeds, grip, delays, the car, the start."""
 
 from __future__ import annotations
 
@@ -30,49 +30,63 @@ def _row(section: str, name: str, unit: str, span: tuple[float, float], default:
 
 EVALUATION_FIELDS = FieldTable(
     [
-        _row("spread", "friction", "", (0.0, 0.5), 0.1, "tire grip differs by this share, either way"),
-        _row("spread", "delay", "s", (0.0, 0.1), 0.02, "steering and speed delay differ by this, never below zero"),
-        _row("spread", "mass", "", (0.0, 0.5), 0.1, "mass and yaw inertia differ by this share"),
-        _row("spread", "servo", "", (0.0, 0.9), 0.2, "the servo's time constant differs by this share"),
-        _row("spread", "start_offset", "m", (0.0, 1.0), 0.1, "the car starts this far beside the centerline"),
-        _row("spread", "start_yaw", "rad", (0.0, 0.8), 0.1, "and turned by this"),
-        _row("judge", "laps", "", (2, 100), 2, "laps of a race while searching, the standing one included"),
-        _row("judge", "margin", "m", (0.0, 1.0), 0.08, "a setup that comes nearer to a wall does not hold"),
-        _row("judge", "hopeless", "", (0.0, 10.0), 0.04, "slower than the best by more than this share: ended early"),
-        _row("judge", "slowest", "", (1.1, 10.0), 1.5, "a lap slower than this many of the start's is a timeout"),
-        _row("judge", "check_laps", "", (2, 100), 3, "laps of a race when the best are raced again on fresh seeds"),
+        _row("spread", "friction", "", (0.0, 0.5), 0.1, "relative variation of the tire grip"),
+        _row("spread", "delay", "s", (0.0, 0.1), 0.02, "variation of steering and speed delay, never below zero"),
+        _row("spread", "mass", "", (0.0, 0.5), 0.1, "relative variation of mass and yaw inertia"),
+        _row("spread", "servo", "", (0.0, 0.9), 0.2, "relative variation of the servo's time constant"),
+        _row("spread", "start_offset", "m", (0.0, 1.0), 0.1, "variation of the start position beside the centerline"),
+        _row("spread", "start_yaw", "rad", (0.0, 0.8), 0.1, "variation of the start heading"),
+        _row("judge", "laps", "", (2, 100), 2, "laps per race in the search, including the standing-start lap"),
+        _row("judge", "margin", "m", (0.0, 1.0), 0.08, "minimum clearance of a reliable setup"),
+        _row(
+            "judge",
+            "hopeless",
+            "",
+            (0.0, 10.0),
+            0.04,
+            "candidates slower than the best by more than this share are stopped early",
+        ),
+        _row(
+            "judge",
+            "slowest",
+            "",
+            (1.1, 10.0),
+            1.5,
+            "a lap slower than this multiple of the starting setup's lap is a timeout",
+        ),
+        _row("judge", "check_laps", "", (2, 100), 3, "laps per race in the selection"),
         _row(
             "judge",
             "check_seeds",
             "",
             (1, 10_000),
             100,
-            "fresh seeds on which what is chosen must hold; half of the races at the worst ends",
+            "check seeds of the selection; half of the races use the worst limits of the spread",
         ),
-        _row("judge", "finalists", "", (1, 100), 2, "setups that hold among which the fastest is chosen"),
-        _row("judge", "unseen_seeds", "", (1, 10_000), 50, "seeds of the validation on the track itself"),
+        _row("judge", "finalists", "", (1, 100), 2, "reliable setups from which the fastest is selected"),
+        _row("judge", "unseen_seeds", "", (1, 10_000), 50, "validation seeds on the tuned track"),
         _row(
             "judge",
             "other_seeds",
             "",
             (0, 10_000),
             2,
-            "seeds of the validation elsewhere, for each track; 0: not elsewhere",
+            "validation seeds on each other track (0: no other tracks)",
         ),
     ]
 )
-"""The one table of how candidates are judged; the option --judge changes a value of it."""
+"""The table of how candidates are evaluated; the option --judge changes a value."""
 
 SPREAD_NAMES = tuple(row.name for row in EVALUATION_FIELDS.fields if row.section == "spread")
 WORST = {"friction": -1.0, "delay": 1.0, "servo": 1.0}
-"""The ends at which a car is hardest to hold, where that is known."""
+"""The limits at which a car is hardest to control, where known."""
 BLOCK = 1_000_000_000
 PURPOSES = ("search", "choice", "validation")
 
 
 @dataclass(frozen=True)
 class Conditions:
-    """One race's: its seed, and how far each row of the spread is used, -1 to 1."""
+    """The conditions of one race: its seed, and the position within each row of the spread, -1 to 1."""
 
     seed: int
     share: Mapping[str, float]
@@ -88,15 +102,16 @@ def evaluation_values(assignments: list[str] | None = None) -> dict[str, float]:
 
 
 def race_seed(purpose: str, seed: int, index: int) -> int:
-    """Seeds of different purposes never meet, nor those that people type (1, 2, 3, ...)."""
+    """The seed of a race; seeds of different purposes, and small seeds (1, 2, 3, ...), never coincide."""
     return BLOCK * (1 + PURPOSES.index(purpose)) + 10_000 * (seed % 100_000) + index
 
 
 def corners(count: int, seed: int) -> list[Conditions]:
-    """For the search: every row at one of its two ends, each pair of rows in all four ways equally often.
+    """Conditions of the search: every row at one of its two limits, each pair of rows in all four combinations equally
+    often.
 
-    A two-level orthogonal design (Plackett and Burman 1946), so that few races meet much. The first has the least grip
-    and the longest delays, because a hopeless candidate shows itself there.
+    A two-level orthogonal design (Plackett and Burman 1946), which covers much with few races. The first has the least
+    grip and the longest delays, which reveal a hopeless candidate early.
     """
     size = 8
     while size < min(count, 1024):
@@ -113,7 +128,7 @@ def corners(count: int, seed: int) -> list[Conditions]:
 
 
 def drawn(count: int, seed: int, purpose: str) -> list[Conditions]:
-    """For checks: every row anywhere between its ends, evenly."""
+    """Conditions of checks: every row uniformly distributed between its limits."""
     result = []
     for k in range(count):
         number = race_seed(purpose, seed, k)
@@ -123,10 +138,10 @@ def drawn(count: int, seed: int, purpose: str) -> list[Conditions]:
 
 
 def checks(count: int, seed: int) -> list[Conditions]:
-    """For the choice: half of the races, which come first, with the least grip and the longest delays there are.
+    """Conditions of the selection: the first half of the races with the least grip and the longest delays.
 
-    What fails there once in twenty races fails elsewhere once in hundreds, so that races drawn evenly would not show
-    it and one on the track would.
+    A setup that fails there once in twenty races fails elsewhere once in hundreds, which uniformly drawn races would
+    rarely reveal.
     """
     found = drawn(count, seed, "choice")
     hard = (count + 1) // 2

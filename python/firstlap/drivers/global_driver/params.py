@@ -1,4 +1,4 @@
-"""Every parameter of the map-based driver: those of its parts, under prefixed sections, and of its safety net."""
+"""Parameters of the map-based driver: those of its parts, in prefixed sections, and of its guard."""
 
 from __future__ import annotations
 
@@ -20,28 +20,30 @@ MAP, POSE = "map_", "pose_"
 
 @dataclass(frozen=True)
 class GuardParams:
-    """When the driver does not trust itself. See docs/global-driver.md."""
+    """Parameters of the guard, see docs/global-driver.md."""
 
-    true_pose: bool = row(False, "", 0, 1, "drive by the simulator's own pose: an ablation, never an opponent")
-    brake_use: float = row(0.9, "", 0.1, 1.0, "share of the tires' grip that a stop may use, cornering included")
-    lost_pause: float = row(0.2, "s", 0.0, 1.0, "without a pose the plan is followed for so long, braking; then scans")
-    jump: float = row(0.4, "m", 0.05, 5.0, "a pose this far from the expected one starts the controller anew")
-    shrink: float = row(0.05, "m", 0.0, 0.15, "a return this deep inside the planned sweep of the car blocks it")
-    doubt: float = row(0.004, "", 0.0, 0.1, "and so much deeper per meter of way to it: the heading is not exact")
-    blocking: int = row(2, "", 1, 100, "returns that it takes to block the plan")
-    blocked_scans: int = row(2, "", 1, 20, "scans in a row that must see it")
-    gap: float = row(0.3, "m", 0.0, 2.0, "distance to what blocks the plan at which the car stands")
-    start_fit: float = row(0.9, "", 0.0, 1.0, "share of the scan that must fit once before the car first moves")
-    search_after: float = row(0.4, "s", 0.0, 60.0, "a car that stands lost for so long seeks itself on the whole map")
-    search_fit: float = row(
-        0.85, "", 0.0, 1.0, "share of the scan that must fit where it believes to have found itself"
+    true_pose: bool = row(False, "", 0, 1, "use the simulator's true pose: for ablation only")
+    brake_use: float = row(0.9, "", 0.1, 1.0, "share of the tires' grip that a stop may use, including cornering")
+    lost_pause: float = row(
+        0.2, "s", 0.0, 1.0, "how long the plan is followed, braking, without a pose; then the car steers by the scan"
     )
-    searches: int = row(3, "", 0, 100, "times that it does so before it stays where it is")
+    jump: float = row(0.4, "m", 0.05, 5.0, "a pose this far from the expected one resets the controller")
+    shrink: float = row(
+        0.05, "m", 0.0, 0.15, "a return blocks the plan if it is this deep inside the area that the car will sweep"
+    )
+    doubt: float = row(0.004, "", 0.0, 0.1, "increase of that depth per meter of distance, for heading errors")
+    blocking: int = row(2, "", 1, 100, "number of returns that block the plan")
+    blocked_scans: int = row(2, "", 1, 20, "consecutive scans that must show the obstacle")
+    gap: float = row(0.3, "m", 0.0, 2.0, "distance to an obstacle at which the car stops")
+    start_fit: float = row(0.9, "", 0.0, 1.0, "share of the scan that must match the map before the car first moves")
+    search_after: float = row(0.4, "s", 0.0, 60.0, "a stopped, lost car searches the whole map after this time")
+    search_fit: float = row(0.85, "", 0.0, 1.0, "share of the scan that must match at a pose found by the search")
+    searches: int = row(3, "", 0, 100, "maximum number of searches")
 
 
 @dataclass(frozen=True)
 class Parts:
-    """What the parts of the driver are made with."""
+    """Parameters of the driver's parts."""
 
     mapping: MapSettings
     localizer: _core.LocalizerParams
@@ -74,7 +76,7 @@ class GlobalParams(TableParams):
         super().__init__(GLOBAL_FIELDS)
 
     def validate(self) -> None:
-        """Raises ValueError where values contradict each other."""
+        """Raises ValueError if values contradict each other."""
         self.parts()
 
     def parts(self) -> Parts:

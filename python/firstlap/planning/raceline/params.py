@@ -1,4 +1,4 @@
-"""What the line and its speeds may ask of the car: the only place where their defaults stand."""
+"""Parameters of the racing line."""
 
 from __future__ import annotations
 
@@ -13,21 +13,19 @@ GRAVITY = 9.81
 
 @dataclass(frozen=True)
 class LineParams:
-    """How a racing line is computed. See docs/parameters.md."""
+    """Parameters of the racing line, see docs/parameters.md."""
 
-    mu: float = row(0.0, "", 0.0, 3.0, "friction to plan with; 0 takes the car's")
+    mu: float = row(0.0, "", 0.0, 3.0, "friction used for planning (0: the car's)")
     grip_use: float = row(0.82, "", 0.1, 1.0, "share of the tires' grip that the line may use")
-    margin: float = row(0.10, "m", 0.0, 0.5, "room kept between the car's rectangle and any wall")
-    speed_max: float = row(0.0, "m/s", 0.0, 100.0, "highest speed; 0 takes the car's")
-    accel_max: float = row(0.0, "m/s^2", 0.0, 50.0, "largest acceleration; 0 takes the motor's limit")
-    brake_max: float = row(0.0, "m/s^2", 0.0, 50.0, "largest deceleration; 0 takes the brake's limit")
-    steering_use: float = row(0.9, "", 0.3, 1.0, "share of the steering range that the sharpest bend may need")
-    spacing: float = row(0.1, "m", 0.03, 0.5, "between points of the line")
-    smoothness: float = row(
-        2e-5, "s^6/m^2", 0.0, 1.0, "time that the optimizer pays per squared lateral jerk and second"
-    )
-    curvature_rounds: int = row(25, "", 1, 200, "largest number of minimum-curvature steps")
-    time_rounds: int = row(60, "", 0, 500, "largest number of minimum-time steps; 0 leaves the minimum-curvature line")
+    margin: float = row(0.10, "m", 0.0, 0.5, "minimum clearance between the car's rectangle and the walls")
+    speed_max: float = row(0.0, "m/s", 0.0, 100.0, "maximum speed (0: the car's)")
+    accel_max: float = row(0.0, "m/s^2", 0.0, 50.0, "maximum acceleration (0: the motor's limit)")
+    brake_max: float = row(0.0, "m/s^2", 0.0, 50.0, "maximum deceleration (0: the brake's limit)")
+    steering_use: float = row(0.9, "", 0.3, 1.0, "share of the steering range that the line may use")
+    spacing: float = row(0.1, "m", 0.03, 0.5, "spacing of the line's points")
+    smoothness: float = row(2e-5, "s^6/m^2", 0.0, 1.0, "penalty of squared lateral jerk, as lap time per second")
+    curvature_rounds: int = row(25, "", 1, 200, "maximum number of minimum-curvature iterations")
+    time_rounds: int = row(60, "", 0, 500, "maximum number of minimum-time iterations (0: minimum-curvature line)")
 
 
 LINE_FIELDS = table_of(line=LineParams)
@@ -35,7 +33,7 @@ LINE_FIELDS = table_of(line=LineParams)
 
 @dataclass(frozen=True)
 class Grip:
-    """Largest accelerations [m/s^2] that the tires give: to a side, forwards, and backwards."""
+    """Maximum accelerations [m/s^2] by the grip of the tires: lateral, driving, and braking."""
 
     lateral: float
     drive: float
@@ -44,7 +42,8 @@ class Grip:
 
 @dataclass(frozen=True)
 class Limits:
-    """What the profile obeys: the ellipse (a_x / grip_x)^2 + (a_y / lateral)^2 <= 1, and the motor's own limits.
+    """Limits of the velocity profile: the ellipse (a_x / grip_x)^2 + (a_y / lateral)^2 <= 1, and the motor's own
+    limits.
 
     grip: its axes, grip_x being drive or brake. accel, brake [m/s^2], speed [m/s], curvature [1/m].
     """
@@ -57,10 +56,10 @@ class Limits:
 
 
 def grip_of(car: Car, mu: float) -> Grip:
-    """The grip of a car on ground of friction `mu` (0: the car's).
+    """The grip of a car with friction `mu` (0: the car's).
 
-    An axle slides when its share of the driving force is all that its tires can hold under the load that this very
-    acceleration leaves it: the car's grip along is that of the axle that slides first.
+    An axle slides when its share of the longitudinal force reaches the grip of its tires under the axle load at this
+    acceleration; the car's longitudinal grip is that of the axle that slides first.
     """
     v = car.core.values()["vehicle"]
     mu = mu or float(v["friction"])
