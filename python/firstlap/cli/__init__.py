@@ -1,7 +1,7 @@
 """The command line.
 
-Exit codes: 0 done, 1 not finished or refused, 2 bad input, 3 no driving node answers (`go`, `resume`, `stop`, `set`),
-130 interrupted, 141 output closed.
+Exit codes: 0 success, 1 failed or refused, 2 bad input, 3 no driving node answers (`go`, `resume`, `stop`, `set`),
+130 interrupted, 141 output pipe closed.
 """
 
 from __future__ import annotations
@@ -36,10 +36,10 @@ from firstlap.cli.map import map_command
 from firstlap.cli.process import (
     Commands,
     InterruptedCommandError,
-    OutputGoneError,
+    OutputClosedError,
+    best_effort_stderr,
     end_process,
     interrupted,
-    said_or_not,
     silence,
     watch_process,
 )
@@ -49,7 +49,7 @@ from firstlap.common.version import __version__
 
 app = typer.Typer(
     cls=Commands,
-    help="Race an unseen track with a 2D LiDAR: simulate, look at every step, tune.",
+    help="Race unknown tracks with a 2D LiDAR: simulate, inspect, tune.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
@@ -93,7 +93,7 @@ def _root(
         False, "--version", callback=_print_version, is_eager=True, help="Print the version."
     ),
 ) -> None:
-    """Race an unseen track with a 2D LiDAR: simulate, look at every step, tune."""
+    """Race unknown tracks with a 2D LiDAR: simulate, inspect, tune."""
 
 
 def run(arguments: list[str] | None = None) -> int:
@@ -108,7 +108,7 @@ def _run(arguments: list[str]) -> int:
         return fail(str(error), 2)
     except (KeyboardInterrupt, InterruptedCommandError, typer.Abort):
         return fail("interrupted", 130)
-    except (BrokenPipeError, OutputGoneError):
+    except (BrokenPipeError, OutputClosedError):
         silence(sys.stdout)
         return 141
     except typer.Exit as stop:
@@ -126,8 +126,8 @@ def _run(arguments: list[str]) -> int:
 
 
 def _flushed(code: int) -> int:
-    """The exit code after all output is out; 141 where whoever read it has gone, which needs no words."""
-    with said_or_not():
+    """Flushes all output and returns the exit code; 141 without a message if the reader of stdout has closed it."""
+    with best_effort_stderr():
         sys.stderr.flush()
     try:
         if sys.stdout is not None:
@@ -142,7 +142,7 @@ def _flushed(code: int) -> int:
 
 
 def main() -> None:
-    """Runs the command line of this process, and ends it."""
+    """Runs the command line of this process and exits."""
     try:
         watch_process()
         code = run()

@@ -30,7 +30,7 @@ ROWS = {
 
 
 def bench(
-    track: Annotated[str, typer.Argument(metavar="TRACK", help="As of `race`.")] = "arena",
+    track: Annotated[str, typer.Argument(metavar="TRACK", help="As for `race`.")] = "arena",
     setup: SetupOption = "sure",
     changes: SetOption = None,
     car: CarOption = "default",

@@ -19,7 +19,7 @@ def check(
     car: CarOption = "default",
     as_json: JsonOption = False,
 ) -> int:
-    """Validate a setup and hold it against the rules of thumb. Warnings leave the exit code at 0."""
+    """Validate a setup and check it against rules of thumb. Warnings do not change the exit code."""
     chosen = chosen_setup(setup, changes)
     loaded_car = load_car(car)
     rules = check_limits(chosen, loaded_car)
@@ -28,7 +28,7 @@ def check(
         return 0
     table = Table(title=f"setup {chosen.name} on car {loaded_car.name}", show_lines=True)
     table.add_column("rule", overflow="fold")
-    for heading in ("value", "wanted", ""):
+    for heading in ("value", "limit", ""):
         table.add_column(heading, justify="right", no_wrap=True)
     for rule in rules:
         verdict = "[green]ok[/]" if rule.holds else "[yellow]warning[/]"
@@ -37,5 +37,5 @@ def check(
     out = console()
     out.print(table)
     broken = sum(not rule.holds for rule in rules)
-    out.print("every value is allowed; " + (f"{broken} warning{'s' * (broken > 1)}" if broken else "every rule holds"))
+    out.print("all values are in range; " + (f"{broken} warning{'s' * (broken > 1)}" if broken else "no warnings"))
     return 0

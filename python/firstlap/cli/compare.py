@@ -15,7 +15,10 @@ from firstlap.cli.common import (
     CarOption,
     ConditionOption,
     JsonOption,
+    LapsOption,
+    LatencyOption,
     LidarOption,
+    ReverseOption,
     TrackArgument,
     chosen_car,
     chosen_options,
@@ -38,31 +41,33 @@ def compare(
     track: TrackArgument,
     drivers: Annotated[
         str | None,
-        typer.Option("--drivers", metavar="A,B:SETUP", help="Drivers, each with a setup or its default; default: all."),
+        typer.Option("--drivers", metavar="A,B:SETUP", help="Drivers, each with an optional setup; default: all."),
     ] = None,
-    laps: Annotated[int, typer.Option("--laps", min=1, max=10_000, help="Laps of a race, with the standing one.")] = 10,
-    seeds: Annotated[int, typer.Option("--seeds", min=1, max=10_000, help="Races of each driver, seeds 1 to K.")] = 5,
-    reverse: Annotated[bool, typer.Option("--reverse", help="Drive the other way round.")] = False,
+    laps: LapsOption = 10,
+    seeds: Annotated[int, typer.Option("--seeds", min=1, max=10_000, help="Races per driver, seeds 1 to K.")] = 5,
+    reverse: ReverseOption = False,
     car: CarOption = "default",
     lidar: LidarOption = None,
-    latency: Annotated[
-        str,
-        typer.Option(
-            "--latency", metavar="measured|fixed:MS|none", help="How a driver's compute time delays its commands."
-        ),
-    ] = "measured",
+    latency: LatencyOption = "measured",
     conditions: ConditionOption = None,
-    jobs: Annotated[int | None, typer.Option("--jobs", min=1, max=1024, help="Races at a time; all cores.")] = None,
-    plot: Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Lines, laps, speeds.")] = None,
+    jobs: Annotated[
+        int | None, typer.Option("--jobs", min=1, max=1024, help="Parallel races; default: all cores.")
+    ] = None,
+    plot: Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Plot lines, laps and speeds.")] = None,
     report: Annotated[
-        Path | None, typer.Option("--report", metavar="FILE", help="A .md or .html to repeat it.")
+        Path | None,
+        typer.Option(
+            "--report",
+            metavar="FILE",
+            help="Write a report (.md or .html) with everything needed to reproduce the result.",
+        ),
     ] = None,
     store: Annotated[
-        Path | None, typer.Option("--store", metavar="FOLDER", help="Where races are kept to go on later.")
+        Path | None, typer.Option("--store", metavar="FOLDER", help="Folder that caches races for later runs.")
     ] = None,
     as_json: JsonOption = False,
 ) -> int:
-    """Race drivers against each other: lap times, success, clearance, compute. Exits 0 when every race finished."""
+    """Compare drivers on a track: lap time, success, clearance, compute time. Exit code 0 if every race finished."""
     from firstlap.common.cache import cache_folder
     from firstlap.evaluation.compare.compare import Comparison, parse_entries
     from firstlap.evaluation.compare.record import Store
@@ -84,7 +89,7 @@ def compare(
         options=options,
         jobs=jobs,
     )
-    interrupted = _watched(comparison)
+    interrupted = _drive_with_progress(comparison)
     found = {
         "version": __version__,
         "direction": "reverse" if reverse else "forward",
@@ -100,12 +105,12 @@ def compare(
         _write_files(comparison, plot, report, command, as_json)
     driven = sum(row["runs"] for row in found["entries"])
     if interrupted:
-        return fail(f"interrupted after {driven} of {comparison.races} races; the same command goes on there", 130)
+        return fail(f"interrupted after {driven} of {comparison.races} races; the same command resumes there", 130)
     return 0 if all(row["success_rate"] == 1.0 for row in found["entries"]) else 1
 
 
 def _check_files(plot: Path | None, report: Path | None) -> None:
-    """Before the work is done."""
+    """Raises InputError before the races if an output file cannot be written."""
     from firstlap.evaluation.compare.report import REPORTS
     from firstlap.plots.primitives import PICTURE_SUFFIXES
 
@@ -115,8 +120,8 @@ def _check_files(plot: Path | None, report: Path | None) -> None:
         check_writable(report, REPORTS)
 
 
-def _watched(comparison: Any) -> bool:
-    """Drives with a bar; whether it was interrupted."""
+def _drive_with_progress(comparison: Any) -> bool:
+    """Runs the races with a progress bar; returns whether they were interrupted."""
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     failed = 0
     with progress_bar(*columns) as bar:
@@ -126,7 +131,7 @@ def _watched(comparison: Any) -> bool:
         def done(_entry: Any, record: Any) -> None:
             nonlocal failed
             failed += not record.finished
-            kept = f", {comparison.from_store} from before" if comparison.from_store else ""
+            kept = f", {comparison.from_store} from the cache" if comparison.from_store else ""
             bar.update(task, advance=1, description=f"racing, {failed} not finished{kept}")
 
         def preparing(entry: Any, what: str, share: float) -> None:
@@ -155,7 +160,7 @@ def _write_files(comparison: Any, plot: Path | None, report: Path | None, comman
 
 
 def _command(given: dict[str, Any]) -> str:
-    """The command line that repeats this."""
+    """The command line that reproduces this comparison."""
     words = ["firstlap", "compare", given["track"]]
     words += ["--drivers", ",".join(entry.label for entry in given["entries"])]
     for name in ("laps", "seeds", "car", "lidar", "latency", "plot", "report"):
@@ -188,6 +193,6 @@ def _print(found: dict[str, Any], notes: list[str]) -> None:
         out.width = 160
     out.print(table)
     if found["reference"]:
-        out.print(escape(f"relative: median lap over that of {found['reference']}"))
+        out.print(escape(f"relative: median lap time divided by that of {found['reference']}"))
     for line in order_lines(found):
         out.print(escape(line))

@@ -15,15 +15,19 @@ def drive(
     driver: DriverOption = None,
     setup: SetupOption = None,
     changes: SetOption = None,
-    namespace: Annotated[str, typer.Option("--namespace", metavar="NAME", help="Of one car among several.")] = "",
+    namespace: Annotated[
+        str, typer.Option("--namespace", metavar="NAME", help="Namespace of the car, if there are several.")
+    ] = "",
     go: Annotated[
         bool,
-        typer.Option("--go", help="Drive as soon as all is there, without a person's consent: for the simulator."),
+        typer.Option(
+            "--go", help="Give consent in advance: drive as soon as all inputs are valid (for the simulator)."
+        ),
     ] = False,
-    sim_time: Annotated[bool, typer.Option("--sim-time", help="Follow /clock.")] = False,
+    sim_time: Annotated[bool, typer.Option("--sim-time", help="Use simulated time (/clock).")] = False,
 ) -> int:
-    """Drive a real or simulated car over ROS 2, as a lifecycle node that waits for `firstlap go`. What follows
-    --ros-args goes to ROS."""
+    """Drive a real or simulated car over ROS 2, as a lifecycle node that waits for `firstlap go`. Arguments after
+    --ros-args go to ROS."""
     from firstlap.ros import require_ros
 
     arguments = ros_arguments(context, namespace, sim_time) + (["-p", "go:=true"] if go else [])

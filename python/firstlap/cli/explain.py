@@ -9,7 +9,18 @@ from typing import Annotated
 import typer
 from rich.markup import escape
 
-from firstlap.cli.common import DriverOption, LidarOption, SetOption, chosen_car, chosen_setup, console, note, refuse
+from firstlap.cli.common import (
+    DriverOption,
+    LidarOption,
+    ReverseOption,
+    SeedOption,
+    SetOption,
+    chosen_car,
+    chosen_setup,
+    console,
+    note,
+    refuse,
+)
 from firstlap.cli.recording import (
     CarOfRecording,
     DriveTopic,
@@ -21,7 +32,7 @@ from firstlap.cli.recording import (
     ScanTopic,
     SetupOfRecording,
     SpeedOption,
-    given,
+    given_options,
     read,
     setup_and_car,
     topics_of,
@@ -34,19 +45,19 @@ from firstlap.tracks.library import load_track
 
 def explain(
     what: Annotated[
-        str | None, typer.Argument(metavar="TRACK|RECORDING", help="A track as of `race`, or with --scan a recording.")
+        str | None, typer.Argument(metavar="TRACK|RECORDING", help="A track as for `race`, or with --scan a recording.")
     ] = None,
-    at: Annotated[float | None, typer.Option("--at", metavar="METRES", help="Way from the track's start line.")] = None,
+    at: Annotated[float | None, typer.Option("--at", metavar="METERS", help="Distance from the start line.")] = None,
     scan: Annotated[
         str | None,
-        typer.Option("--scan", metavar="K|FILE", help="Which scan of RECORDING (-1 is the last); or the recording."),
+        typer.Option("--scan", metavar="K|FILE", help="Number of the scan in RECORDING (-1: last), or the recording."),
     ] = None,
-    index: Annotated[int, typer.Option("--index", metavar="K", help="Which scan of --scan FILE.")] = 0,
+    index: Annotated[int, typer.Option("--index", metavar="K", help="Number of the scan in --scan FILE.")] = 0,
     driver: DriverOption = None,
     setup: SetupOfRecording = None,
     changes: SetOption = None,
-    seed: Annotated[int, typer.Option("--seed", min=0, help="Of everything random in a race.")] = 1,
-    reverse: Annotated[bool, typer.Option("--reverse", help="Drive the track the other way round.")] = False,
+    seed: SeedOption = 1,
+    reverse: ReverseOption = False,
     scan_topic: ScanTopic = None,
     odom_topic: OdomTopic = None,
     imu_topic: ImuTopic = None,
@@ -57,9 +68,11 @@ def explain(
     car: CarOfRecording = None,
     lidar: LidarOption = None,
     keep_body: KeepBody = False,
-    plot: Annotated[Path, typer.Option("--plot", metavar="FILE", help="Where the picture goes.")] = Path("explain.png"),
+    plot: Annotated[Path, typer.Option("--plot", metavar="FILE", help="Output file of the plot.")] = Path(
+        "explain.png"
+    ),
 ) -> int:
-    """Draw one step of a driver: what it saw, what it made of it, and why it steers as it does."""
+    """Plot one step of a driver: scan, plan and steering terms."""
     from firstlap.explain.pictures import plot_step
     from firstlap.explain.snapshot import explain_race, explain_recording
     from firstlap.plots.primitives import PICTURE_SUFFIXES
@@ -68,7 +81,7 @@ def explain(
     check_writable(plot, PICTURE_SUFFIXES)
     topics = topics_of(scan_topic, odom_topic, imu_topic, drive_topic, pose_topic, speed, laser)
     if recording_file is None:
-        refuse(given(topics, keep_body), "with a track")
+        refuse(given_options(topics, keep_body), "with a track")
         snapshot = explain_race(
             load_track(str(what)),
             chosen_setup(setup, changes, driver),
@@ -79,7 +92,7 @@ def explain(
         )
     else:
         if lidar is not None:
-            raise InputError("--lidar: a recording has its own; --laser says where it sits")
+            raise InputError("--lidar: has no effect with a recording, which has its own; --laser sets its mounting")
         refuse({"--reverse": reverse or None}, "with a recording")
         recording = read(recording_file, topics)
         chosen, loaded_car, remarks = setup_and_car(recording, driver, setup, changes, car)
@@ -92,10 +105,10 @@ def explain(
 
 
 def _recording(what: str | None, at: float | None, scan: str | None, index: int) -> tuple[Path | None, int]:
-    """Which recording, if any, and which of its scans: `RECORDING --scan K` or `--scan FILE --index K`."""
+    """The recording, if any, and the index of its scan: `RECORDING --scan K` or `--scan FILE --index K`."""
     number = re.fullmatch(r"[+-]?[0-9]{1,9}", scan or "")
     if (at is not None and scan is not None) or (what is None) == (scan is None or number is not None):
-        raise InputError("expected TRACK with --at METRES, RECORDING with --scan K, or --scan FILE with --index K")
+        raise InputError("expected TRACK with --at METERS, RECORDING with --scan K, or --scan FILE with --index K")
     if scan is None:
         return None, index
     return (Path(str(what)), int(scan)) if number else (Path(scan), index)
@@ -106,5 +119,5 @@ def _print(snapshot: StepSnapshot, plot: Path) -> None:
         note(remark)
     out = console()
     if snapshot.outcome:
-        out.print(f"[yellow]the race ended before that: {snapshot.outcome}; this is its last step[/]")
-    out.print(escape(f"picture: {plot}"), soft_wrap=True)
+        out.print(f"[yellow]the race ended earlier: {snapshot.outcome}; this is its last step[/]")
+    out.print(escape(f"plot: {plot}"), soft_wrap=True)

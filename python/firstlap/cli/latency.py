@@ -18,22 +18,22 @@ from firstlap.cli.common import (
 )
 
 WIDTH = 40
-LEAST_RATE = 5.0
-"""[Hz] of the slowest LiDARs."""
+MIN_RATE = 5.0
+"""[Hz] Rate of the slowest LiDARs."""
 
 
 def latency(
-    track: Annotated[str, typer.Argument(metavar="TRACK", help="Whose scans are played.")] = "arena",
+    track: Annotated[str, typer.Argument(metavar="TRACK", help="Track whose scans are published.")] = "arena",
     driver: DriverOption = None,
     setup: SetupOption = None,
     changes: SetOption = None,
-    seconds: Annotated[float, typer.Option("--seconds", min=1.0, max=3600.0, help="How long to measure.")] = 20.0,
-    rate: Annotated[
-        float, typer.Option("--rate", min=LEAST_RATE, max=200.0, help="Scans a second; with fewer the node stops.")
-    ] = 40.0,
+    seconds: Annotated[
+        float, typer.Option("--seconds", min=1.0, max=3600.0, help="Duration of the measurement [s].")
+    ] = 20.0,
+    rate: Annotated[float, typer.Option("--rate", min=MIN_RATE, max=200.0, help="Scan rate [Hz].")] = 40.0,
     as_json: JsonOption = False,
 ) -> int:
-    """Measure from scan to drive through DDS, with a driving node in a process of its own."""
+    """Measure the time from scan to drive command over DDS, with a driving node in its own process."""
     from firstlap.ros import require_ros
 
     require_ros()
@@ -57,9 +57,11 @@ def latency(
     own = ", ".join(f"{name} {value}" for name, value in node.items() if "[us]" in name)
     out.print(f"in the node: {own}", markup=False)
     if summary["unsent"]:
-        out.print(f"{summary['unsent']} scans were not sent in time: this machine was busy")
+        out.print(f"{summary['unsent']} scans were not sent in time because this machine was busy")
     if summary["memory_mb"]:
-        out.print("its memory: {first:.1f} MB at first, {last:.1f} MB at last".format(**summary["memory_mb"]))
+        out.print(
+            "memory of the node: {first:.1f} MB at the start, {last:.1f} MB at the end".format(**summary["memory_mb"])
+        )
     load = summary["load"]
     out.print(f"load {load['before']:.1f} before, {load['after']:.1f} after, {load['cores']} cores")
     most = max(count for _, count in summary["histogram"]) or 1

@@ -15,21 +15,23 @@ from firstlap.cli.common import CarOption, JsonOption, console, draw, note, prin
 def line(
     track: Annotated[
         str,
-        typer.Argument(metavar="MAP", help="A ROS map YAML, one of our tracks by name, a track file, or random:SEED."),
+        typer.Argument(metavar="MAP", help="A ROS map YAML, name of a track, a track file, or random:SEED."),
     ],
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="Where the line goes, a .csv.")],
-    plot: Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Draw the line with its speeds.")] = None,
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="Output file (.csv).")],
+    plot: Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Plot the line with its speeds.")] = None,
     car: CarOption = "default",
-    mu: Annotated[float | None, typer.Option("--mu", help="Friction to plan with; default: the car's.")] = None,
-    margin: Annotated[float | None, typer.Option("--margin", help="Metres between the car and any wall.")] = None,
+    mu: Annotated[float | None, typer.Option("--mu", help="Friction used for planning; default: the car's.")] = None,
+    margin: Annotated[float | None, typer.Option("--margin", help="Minimum clearance to walls [m].")] = None,
     changes: Annotated[
         list[str] | None,
-        typer.Option("--set", metavar="NAME=VALUE", help="Any of the line's parameters, see docs/parameters.md."),
+        typer.Option(
+            "--set", metavar="NAME=VALUE", help="Change one parameter of the line, see docs/parameters.md; repeatable."
+        ),
     ] = None,
-    reverse: Annotated[bool, typer.Option("--reverse", help="For driving the other way round.")] = False,
+    reverse: Annotated[bool, typer.Option("--reverse", help="Compute the line for the opposite direction.")] = False,
     as_json: JsonOption = False,
 ) -> int:
-    """Compute the fastest line between the walls for a car, with its speeds."""
+    """Compute the minimum-time racing line of a car on a map, with its speeds."""
     from firstlap.common.files import check_writable
     from firstlap.config.car_file import load_car
     from firstlap.config.table import check_values, from_values
@@ -45,10 +47,10 @@ def line(
     if plot:
         check_writable(plot, PICTURE_SUFFIXES)
     values = dict(LINE_FIELDS.parse_assignment(text) for text in changes or [])
-    given = {entry.key: value for entry, value in values.items()}
+    assigned = {entry.key: value for entry, value in values.items()}
     named = {"mu": mu, "margin": margin}
-    given |= {f"line.{name}": value for name, value in named.items() if value is not None}
-    params = from_values(LineParams, "line", check_values(LINE_FIELDS, dict(given), "firstlap line"))
+    assigned |= {f"line.{name}": value for name, value in named.items() if value is not None}
+    params = from_values(LineParams, "line", check_values(LINE_FIELDS, dict(assigned), "firstlap line"))
     loaded_car, loaded = load_car(car), load_track(track)
     loaded = loaded.reversed() if reverse else loaded
     with progress_bar(TextColumn("{task.description}"), BarColumn(50)) as bar:
@@ -57,7 +59,7 @@ def line(
             loaded,
             loaded_car,
             params,
-            lambda what, share: bar.update(task, description=f"least {what}", completed=share),
+            lambda what, share: bar.update(task, description=f"minimum {what}", completed=share),
         )
     write_line(found, output)
     clearance = float(Corridor(loaded, loaded_car).clearance(found.path.poses).min())
@@ -66,7 +68,7 @@ def line(
             {
                 "track": loaded.name,
                 "car": loaded_car.name,
-                "set": given,
+                "set": assigned,
                 "length": found.length,
                 "lap_time": found.lap_time,
                 "min_clearance": clearance,

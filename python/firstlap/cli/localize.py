@@ -17,6 +17,7 @@ from firstlap.cli.common import (
     CarOption,
     JsonOption,
     LidarOption,
+    SeedOption,
     chosen_car,
     chosen_setup,
     console,
@@ -33,11 +34,11 @@ from firstlap.cli.recording import (
     PoseTopic,
     ScanTopic,
     SpeedOption,
-    given,
+    given_options,
     read,
+    scan_progress,
     scans_bar,
     topics_of,
-    watched,
 )
 from firstlap.common.errors import InputError
 from firstlap.common.text import UNKNOWN, counted, short_name
@@ -50,38 +51,51 @@ if TYPE_CHECKING:
     from firstlap.recordings.recording import Recording
 
 SETUP, LAPS = "race", 3
-"""Of a race, where nothing else is asked for."""
+"""Defaults of a race."""
 
 
 def localize(
     what: Annotated[
-        str, typer.Argument(metavar="TRACK|RECORDING", help="A track as of `race`, or with --map a recording.")
+        str, typer.Argument(metavar="TRACK|RECORDING", help="A track as for `race`, or with --map a recording.")
     ],
-    known: Annotated[
+    map_path: Annotated[
         Path | None,
-        typer.Option("--map", metavar="MAP", help="The map to find it on; default for a track: made by a slow lap."),
+        typer.Option(
+            "--map", metavar="MAP", help="Map for the localization; default for a track: made from a slow lap."
+        ),
     ] = None,
     setup: Annotated[
-        str | None, typer.Option("--setup", metavar="SETUP", help=f"A race: {SETUP_HELP}; default: {SETUP}.")
+        str | None, typer.Option("--setup", metavar="SETUP", help=f"For a race: {SETUP_HELP}; default: {SETUP}.")
     ] = None,
     changes: Annotated[
         list[str] | None,
         typer.Option("--set", metavar="NAME=VALUE", help="Change one parameter of localization; repeatable."),
     ] = None,
-    laps: Annotated[int | None, typer.Option("--laps", min=1, max=100_000, help=f"A race: default: {LAPS}.")] = None,
-    seed: Annotated[int, typer.Option("--seed", min=0, help="Of everything random.")] = 1,
+    laps: Annotated[
+        int | None, typer.Option("--laps", min=1, max=100_000, help=f"For a race: number of laps; default: {LAPS}.")
+    ] = None,
+    seed: SeedOption = 1,
     car: CarOption = "default",
     lidar: LidarOption = None,
     wrong_start: Annotated[
-        float, typer.Option("--wrong-start", min=0, max=10, metavar="M", help="Start wrong by this, any direction.")
+        float,
+        typer.Option(
+            "--wrong-start", min=0, max=10, metavar="M", help="Position error of the start pose, in any direction."
+        ),
     ] = 0.0,
     wrong_heading: Annotated[
-        float, typer.Option("--wrong-heading", min=0, max=180, metavar="DEG", help="And turned by this, either way.")
+        float,
+        typer.Option(
+            "--wrong-heading", min=0, max=180, metavar="DEG", help="Heading error of the start pose, either sign."
+        ),
     ] = 0.0,
     kidnap: Annotated[
-        float, typer.Option("--kidnap", min=0, max=10, metavar="M", help="Set the car elsewhere, again and again.")
+        float,
+        typer.Option("--kidnap", min=0, max=10, metavar="M", help="Displace the pose estimate by this, repeatedly."),
     ] = 0.0,
-    every: Annotated[float, typer.Option("--every", min=0.5, max=1000, metavar="S", help="So often.")] = 3.0,
+    every: Annotated[
+        float, typer.Option("--every", min=0.5, max=1000, metavar="S", help="Interval of the displacements.")
+    ] = 3.0,
     scan_topic: ScanTopic = None,
     odom_topic: OdomTopic = None,
     imu_topic: ImuTopic = None,
@@ -91,8 +105,8 @@ def localize(
     laser: LaserOption = None,
     as_json: JsonOption = False,
 ) -> int:
-    """Measure how well the particle filter follows a racing car, or whether it follows a recorded one. Exits 1 when the
-    race or the filter fails."""
+    """Measure how well the particle filter localizes a racing or recorded car. Exit code 1 if the race or the filter
+    fails."""
     from firstlap.localization.localizer import localizer_params
 
     params, the_car = localizer_params(changes), chosen_car(car, lidar)
@@ -101,12 +115,12 @@ def localize(
         wrong = {"--wrong-start": wrong_start, "--wrong-heading": wrong_heading, "--kidnap": kidnap}
         refuse({"--setup": setup, "--laps": laps, "--lidar": lidar}, "with a recording")
         refuse({name: value or None for name, value in wrong.items()}, "with a recording")
-        if known is None:
-            raise InputError(f"{what}: a recording needs --map MAP, the map of its place; `firstlap map` makes one")
-        return _of_recording(read(Path(what), topics), known, the_car, seed, params, as_json)
-    refuse(given(topics), "with a track")
+        if map_path is None:
+            raise InputError(f"{what}: a recording needs --map MAP, a map of its location; `firstlap map` makes one")
+        return _of_recording(read(Path(what), topics), map_path, the_car, seed, params, as_json)
+    refuse(given_options(topics), "with a track")
     disturbance = (wrong_start, math.radians(wrong_heading), kidnap, every)
-    found = _race(what, known, chosen_setup(setup or SETUP, None), the_car, laps or LAPS, seed, params, disturbance)
+    found = _race(what, map_path, chosen_setup(setup or SETUP, None), the_car, laps or LAPS, seed, params, disturbance)
     found |= {"wrong_start": wrong_start, "wrong_heading": wrong_heading, "kidnap": kidnap}
     if as_json:
         print_json(found)
@@ -117,7 +131,7 @@ def localize(
 
 def _race(
     track: str,
-    known: Path | None,
+    map_path: Path | None,
     setup: Setup,
     car: Car,
     laps: int,
@@ -130,7 +144,7 @@ def _race(
     from firstlap.mapping.occupancy_map import read_map
     from firstlap.tracks.library import load_track
 
-    found_map = read_map(known) if known else None
+    known_map = read_map(map_path) if map_path else None
     loaded = load_track(track)
     with progress_bar() as bar:
         task = bar.add_task("mapping lap", total=1.0)
@@ -138,15 +152,15 @@ def _race(
         def look(what: str, done: float, total: float) -> None:
             bar.update(task, description=what, completed=done, total=total)
 
-        if found_map is None:
-            found_map = map_track(loaded, None, car, seed=seed, look=look).map
+        if known_map is None:
+            known_map = map_track(loaded, None, car, seed=seed, look=look).map
 
         def watch(race: _core.Race) -> None:
-            look("following", race.laps_done() * race.track_length + race.s, laps * race.track_length)
+            look("localizing", race.laps_done() * race.track_length + race.s, laps * race.track_length)
 
         followed = follow(
             loaded,
-            found_map,
+            known_map,
             setup,
             car,
             laps=laps,
@@ -158,7 +172,7 @@ def _race(
     return {
         "version": __version__,
         "track": loaded.name,
-        "map": str(known or "made by a slow lap"),
+        "map": str(map_path or "made by a slow lap"),
         "setup": setup.name,
         "car": car.name,
         "seed": seed,
@@ -167,21 +181,21 @@ def _race(
 
 
 def _of_recording(
-    recording: Recording, known: Path, car: Car, seed: int, params: _core.LocalizerParams, as_json: bool
+    recording: Recording, map_path: Path, car: Car, seed: int, params: _core.LocalizerParams, as_json: bool
 ) -> int:
     from firstlap.evaluation.localization_of_recording import localize_recording, starts_of
     from firstlap.mapping.contradictions import contradictions
     from firstlap.mapping.occupancy_map import read_map
     from firstlap.recordings.laser import car_of
 
-    found_map, mounted = read_map(known), car_of(recording, car)
+    known_map, mounted = read_map(map_path), car_of(recording, car)
     with scans_bar() as bar:
-        look = watched(bar, "following", len(recording) * len(starts_of(recording, found_map)))
-        localized = localize_recording(recording, found_map, mounted, seed=seed, params=params, look=look)
+        look = scan_progress(bar, "localizing", len(recording) * len(starts_of(recording, known_map)))
+        localized = localize_recording(recording, known_map, mounted, seed=seed, params=params, look=look)
     found = {
         "version": __version__,
         "recording": recording.name,
-        "map": str(known),
+        "map": str(map_path),
         "car": mounted.name,
         "seed": seed,
         **localized.to_dict(),
@@ -204,10 +218,10 @@ def _print_recording(found: dict[str, Any]) -> None:
     out.print(_table(f"{short_name(found['recording'])} on {short_name(found['map'])}, {scans}", found, rows))
     x, y, yaw = found["start"]
     place = f"{x:.2f}, {y:.2f} m, {math.degrees(yaw):.0f}°"
-    out.print(f"started at {place}; {100 * found['fit']:.0f} % of a scan lies on the map")
+    out.print(f"started at {place}; {100 * found['fit']:.0f} % of a scan matches the map")
     out.print(f"lost in {100 * found['lost']:.2f} % of {found['scans']} scans; {_after('found', found['found_after'])}")
     if found["lost_at_end"]:
-        out.print("[bold red]lost at the end[/]: is it the map of this place, and did the car start there?")
+        out.print("[bold red]lost at the end[/]: does the map match the location, and did the car start there?")
 
 
 def _table(title: str, found: dict[str, Any], rows: Sequence[tuple[str, str, int]]) -> Table:
@@ -217,7 +231,7 @@ def _table(title: str, found: dict[str, Any], rows: Sequence[tuple[str, str, int
     for name, unit, digits in rows:
         row = found[name]
         values = [UNKNOWN if row[key] is None else f"{row[key]:.{digits}f} {unit}" for key in ("p50", "p95", "max")]
-        table.add_row("a step" if name == "step_us" else f"{name} off by", *values)
+        table.add_row("a step" if name == "step_us" else f"{name} error", *values)
     return table
 
 
@@ -227,8 +241,8 @@ def _print(found: dict[str, Any]) -> None:
     out = console()
     out.print(_table(title, found, (("position", "m", 3), ("heading", "°", 2), ("step_us", "µs", 0))))
     if found["outcome"] != "finished":
-        out.print(f"[bold red]the race ended in {found['outcome'].replace('_', ' ')}[/]")
-    out.print(f"a step took {found['step_us']['p99']:.0f} µs (p99, processor time)")
+        out.print(f"[bold red]the race failed: {found['outcome'].replace('_', ' ')}[/]")
+    out.print(f"a step took {found['step_us']['p99']:.0f} µs (p99, CPU time)")
     out.print(f"lost in {100 * found['lost']:.2f} % of {found['scans']} scans; {_after('found', found['found_after'])}")
     if found["kidnapped"]:
         longest = _after(", the last", found["recovered_after"]) if found["recovered"] else ""

@@ -13,6 +13,7 @@ from firstlap.cli.common import (
     CarOption,
     JsonOption,
     LidarOption,
+    SeedOption,
     SetupOption,
     chosen_car,
     chosen_setup,
@@ -30,7 +31,7 @@ from firstlap.cli.recording import (
     OdomTopic,
     ScanTopic,
     SpeedOption,
-    given,
+    given_options,
     read,
     topics_of,
 )
@@ -43,13 +44,15 @@ if TYPE_CHECKING:
     from firstlap.mapping.make import MapResult
 
 SourceArgument = Annotated[
-    str, typer.Argument(metavar="TRACK|RECORDING", help="A track as of `race`, or a recording with odometry.")
+    str, typer.Argument(metavar="TRACK|RECORDING", help="A track as for `race`, or a recording with odometry.")
 ]
 
 
 def map_command(
     source: SourceArgument,
-    output: Annotated[Path, typer.Option("-o", "--output", metavar="MAP", help="YAML; a PGM goes beside it.")],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", metavar="MAP", help="Output YAML; the PGM is written next to it.")
+    ],
     setup: SetupOption = "sure",
     changes: Annotated[
         list[str] | None,
@@ -57,7 +60,7 @@ def map_command(
     ] = None,
     car: CarOption = "default",
     lidar: LidarOption = None,
-    seed: Annotated[int, typer.Option("--seed", min=0, help="Of everything random.")] = 1,
+    seed: SeedOption = 1,
     check: Annotated[bool, typer.Option("--check", help="Compare the map with the track's true walls.")] = False,
     scan_topic: ScanTopic = None,
     odom_topic: OdomTopic = None,
@@ -65,10 +68,10 @@ def map_command(
     drive_topic: DriveTopic = None,
     speed: SpeedOption = None,
     laser: LaserOption = None,
-    plot: Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Write a picture of the map.")] = None,
+    plot: Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Plot the map.")] = None,
     as_json: JsonOption = False,
 ) -> int:
-    """Map a track from one slow lap, or a recording: match scans, close the loop, write an occupancy map."""
+    """Make an occupancy map from one slow lap or a recording by scan matching and loop closure."""
     from firstlap.drivers.mapping_drive import map_track
     from firstlap.mapping.contradictions import contradictions
     from firstlap.mapping.make import map_observations
@@ -89,12 +92,12 @@ def map_command(
     recording = None
     if is_recording(source):
         if check:
-            raise InputError(f"{source}: --check needs a track, whose true walls are known; this is a recording")
+            raise InputError(f"{source}: --check needs a track, whose true walls are known, not a recording")
         refuse({"--lidar": lidar}, "with a recording")
         recording = read(Path(source), topics)
         check_odometry(recording)
     else:
-        refuse(given(topics), "with a track")
+        refuse(given_options(topics), "with a track")
     with progress_bar() as bar:
         task = bar.add_task("mapping", total=1.0)
 
@@ -150,12 +153,12 @@ def _print(found: dict[str, Any], picture: Path) -> None:
     table.add_row("driven", f"{found['travelled']:.1f} m, loop closed at {found['loop_closed_at']:.1f} m")
     table.add_row("scans", f"{found['scans']}, {found['kept_scans']} kept")
     table.add_row("matches", f"{found['matches']}, {found['loops']} across the loop")
-    table.add_row("the loop moved it by", f"{found['moved_by_loop']:.3f} m at most")
+    table.add_row("loop correction", f"{found['moved_by_loop']:.3f} m maximum")
     table.add_row("size", f"{found['columns']} x {found['rows']} cells of {found['resolution']:g} m")
     if "error" in found:
         error = found["error"]
-        table.add_row("walls off by", f"{error['rms']:.3f} m rms, {error['p95']:.3f} m p95 (best rigid fit)")
-        table.add_row("", f"{error['rms_start']:.3f} m rms (laid on the true start)")
+        table.add_row("wall error", f"{error['rms']:.3f} m rms, {error['p95']:.3f} m p95 (best rigid fit)")
+        table.add_row("", f"{error['rms_start']:.3f} m rms (aligned at the true start)")
         table.add_row("true walls found", f"{100 * error['complete']:.1f} %")
     out = console()
     out.print(table)

@@ -1,4 +1,4 @@
-"""What `firstlap replay --map` adds: the recording held against a map of its track."""
+"""`firstlap replay --map`: compares the perception of a recording with a map of its track."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from firstlap.cli.common import console
-from firstlap.cli.recording import scans_bar, watched
+from firstlap.cli.recording import scan_progress, scans_bar
 from firstlap.common.errors import InputError
 from firstlap.common.text import UNKNOWN, counted, short_name
 from firstlap.config.car_file import Car
@@ -21,27 +21,27 @@ if TYPE_CHECKING:
 
 
 def compare_with_map(recording: Recording, setup: Setup, car: Car, map_path: Path, mask_body: bool) -> MapComparison:
-    """Measures the setup's perception of `recording` against the map, with a bar. Raises InputError."""
+    """Compares the setup's perception of `recording` with the map, with a progress bar. Raises InputError."""
     from firstlap.evaluation.perception.map_comparison import measure
 
     if setup.driver != LOCAL:
-        raise InputError(f"--map: driver {setup.driver} has no centerline to hold against a map; only local has")
+        raise InputError(f"--map: driver {setup.driver} has no centerline to compare with a map; expected local")
     with scans_bar() as bar:
-        look = watched(bar, "measuring", len(recording))
+        look = scan_progress(bar, "measuring", len(recording))
         return measure(recording, setup, car, map_path, mask_body=mask_body, look=look)
 
 
 def print_against_map(found: dict[str, Any]) -> None:
-    """The table of docs/perception.md for one recording."""
+    """Prints the table of docs/perception.md for one recording."""
     table = Table(
         title=escape(
-            f"against {short_name(found['map'])}, {found['metres']:.0f} m driven, {counted(found['turns'], 'turn')}"
+            f"compared with {short_name(found['map'])}: {found['metres']:.0f} m, {counted(found['turns'], 'turn')}"
         )
     )
     table.add_column("")
     for ahead in found["error"]:
         table.add_column(f"{ahead} m ahead", justify="right")
-    for label, key in (("line off", "error"), ("path off", "path_error"), ("width off", "width_error")):
+    for label, key in (("centerline error", "error"), ("path error", "path_error"), ("width error", "width_error")):
         cells = [_pair(found[key][ahead]) for ahead in found[key]]
         table.add_row(f"{label}: median, 95 % [m]", *cells)
     console().print(table)
@@ -50,7 +50,7 @@ def print_against_map(found: dict[str, Any]) -> None:
         "bad": found["bad"],
         "precision": found["precision"],
         "recall": found["recall"],
-        "not judged": found["not_judged"],
+        "not evaluated": found["not_judged"],
     }
     console().print(", ".join(f"{name} {_percent(value)}" for name, value in shares.items()), soft_wrap=True)
 

@@ -10,9 +10,12 @@ from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemaini
 from rich.table import Table
 
 from firstlap.cli.common import (
+    BothOption,
     CarOption,
     JsonOption,
+    LapsOption,
     LidarOption,
+    SeedOption,
     SetOption,
     SetupOption,
     chosen_car,
@@ -32,20 +35,22 @@ from firstlap.tracks.library import load_track
 def perception(
     tracks: Annotated[
         list[str],
-        typer.Argument(metavar="TRACK", help="Tracks as of `race`; all: every one of ours; random:1-20: twenty."),
+        typer.Argument(
+            metavar="TRACK", help="Tracks as for `race`; all: all our tracks; random:1-20: twenty random tracks."
+        ),
     ],
     setup: SetupOption = "sure",
     changes: SetOption = None,
-    laps: Annotated[int, typer.Option("--laps", min=1, max=1000, help="Laps to drive and measure.")] = 1,
-    seed: Annotated[int, typer.Option("--seed", min=0, help="Of everything random.")] = 1,
-    both: Annotated[bool, typer.Option("--both", help="Both directions.")] = False,
+    laps: LapsOption = 1,
+    seed: SeedOption = 1,
+    both: BothOption = False,
     car: CarOption = "default",
     lidar: LidarOption = None,
     as_json: JsonOption = False,
 ) -> int:
-    """Race tracks and measure on every scan how well the walls and the line between them were seen.
+    """Race tracks and compare the perceived walls and centerline with ground truth in every scan.
 
-    The metrics are those of docs/perception.md. Exits 0 when every race finished.
+    The metrics are defined in docs/perception.md. Exit code 0 if every race finished, 1 otherwise.
     """
     from firstlap.evaluation.perception.survey import survey_perception
 
@@ -86,8 +91,10 @@ def perception(
 
 
 def print_table(title: str, rows: list[dict[str, Any]]) -> None:
-    """One line per run: what `docs/perception.md` defines."""
-    table = Table(title=escape(title), caption="mm, median / 95th percentile of the error so far ahead; shares in %")
+    """Prints one row per run with the metrics of docs/perception.md."""
+    table = Table(
+        title=escape(title), caption="mm, median / 95th percentile of the error at that distance ahead; shares in %"
+    )
     table.add_column("track", overflow="fold")
     for heading in ("1 m", "2 m", "3 m", "no line", "bad", "prec.", "recall", "jump"):
         table.add_column(heading, justify="right", no_wrap=True)

@@ -1,4 +1,4 @@
-"""The process around a command: Ctrl-C, readers that go away, terminals that know ASCII only."""
+"""Process handling of the command line: Ctrl-C, closed pipes, ASCII-only terminals."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ PLAIN = {"µ": "u", "μ": "mu", "°": "deg", "×": "x", "–": "-", "—": "-", 
 
 
 class InterruptedCommandError(Exception):
-    """Ctrl-C, in a form that the option parser passes on."""
+    """Ctrl-C, as an exception that the option parser does not catch."""
 
 
-class OutputGoneError(Exception):
-    """Whoever read our output has gone; in a form that the option parser passes on."""
+class OutputClosedError(Exception):
+    """The reader of our output has closed it; as an exception that the option parser does not catch."""
 
 
 class Commands(typer.core.TyperGroup):
-    """The commands, without the parser's own answers to Ctrl-C and to a closed pipe."""
+    """The commands, without the parser's own handling of Ctrl-C and of a closed pipe."""
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        """As of the parser; its help says what to type by our own words alone."""
+        """Like the parser's, but its help does not print types of arguments and flags."""
         command = super().get_command(ctx, cmd_name)
         for parameter in command.params if command else ():
             if isinstance(parameter, typer.core.TyperArgument) or getattr(parameter, "is_flag", False):
@@ -40,48 +40,49 @@ class Commands(typer.core.TyperGroup):
         return command
 
     def make_context(self, *arguments: Any, **options: Any) -> Any:
-        """As of the parser; may print (--help, --version)."""
-        with _passed_on():
+        """Like the parser's; may print (--help, --version)."""
+        with _uncaught():
             return super().make_context(*arguments, **options)
 
     def invoke(self, ctx: Any) -> Any:
         """Runs the chosen command."""
-        with _passed_on():
+        with _uncaught():
             return super().invoke(ctx)
 
 
 def _no_type(ctx: Any) -> None:
-    """Of an argument that has a name and of a switch: <str>, <list[str]> or <bool> tell nobody more."""
+    """Hides <str>, <list[str]> and <bool>, which add nothing to a metavar or a flag."""
     del ctx
 
 
 @contextlib.contextmanager
-def _passed_on() -> Iterator[None]:
+def _uncaught() -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
         raise InterruptedCommandError from None
     except BrokenPipeError:
-        raise OutputGoneError from None
-    except SystemExit as stop:  # rich's own answer to a closed pipe
+        raise OutputClosedError from None
+    except SystemExit as stop:  # rich exits on a closed pipe
         if isinstance(stop.__context__, BrokenPipeError):
-            raise OutputGoneError from None
+            raise OutputClosedError from None
         raise
 
 
 class _Interrupts:
-    """Whether Ctrl-C came. An import that it hits may turn it into another error, or swallow it."""
+    """Whether Ctrl-C was pressed. An import that it interrupts may raise another error or swallow it."""
 
     seen = False
 
 
 def interrupted() -> bool:
-    """Whether Ctrl-C came since `watch_process`."""
+    """Whether Ctrl-C was pressed since `watch_process`."""
     return _Interrupts.seen
 
 
 def watch_process() -> None:
-    """For the command line's own process: Ctrl-C raises KeyboardInterrupt, a second one leaves at once."""
+    """Installs the handlers of the command-line process: Ctrl-C raises KeyboardInterrupt, a second one exits
+    immediately."""
     codecs.register_error("readable", _readable)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
@@ -98,21 +99,21 @@ def _interrupt(_number: int, _frame: FrameType | None) -> NoReturn:
 
 
 def _unraisable(found: Any) -> None:
-    """An interrupt that fell into a place that cannot raise, such as a destructor, is not lost."""
+    """Handles an interrupt that hit code that cannot raise, such as a destructor."""
     if _Interrupts.seen and issubclass(found.exc_type, KeyboardInterrupt):
         leave(signal.SIGINT, None)
     sys.__unraisablehook__(found)
 
 
 def end_process(code: int) -> NoReturn:
-    """Exits; from here on Ctrl-C comes too late to change anything."""
+    """Exits; ignores Ctrl-C from here on."""
     if signal.getsignal(signal.SIGINT) in (leave, _interrupt):
         signal.signal(signal.SIGINT, signal.SIG_IGN)
     sys.exit(code)
 
 
 def _readable(error: UnicodeError) -> tuple[str, int]:
-    """What the terminal's encoding lacks, in ASCII."""
+    """Replaces characters that the terminal cannot encode with ASCII."""
     if not isinstance(error, UnicodeEncodeError):
         raise error
     text = error.object[error.start : error.end]
@@ -125,16 +126,16 @@ def _ascii(character: str) -> str:
 
 
 @contextlib.contextmanager
-def said_or_not() -> Iterator[None]:
-    """For what is said on stderr beside the result: where nobody takes it, that changes nothing."""
+def best_effort_stderr() -> Iterator[None]:
+    """Ignores a failure to write remarks to stderr: it must not change the result."""
     try:
         yield
-    except (OSError, SystemExit):  # SystemExit: rich's own answer to a closed pipe
+    except (OSError, SystemExit):  # SystemExit: rich exits on a closed pipe
         silence(sys.stderr)
 
 
 def silence(stream: Any) -> None:
-    """What is still to be flushed to a stream that cannot take it goes nowhere."""
+    """Discards what is still to be flushed to a stream that cannot be written."""
     with contextlib.suppress(OSError, ValueError):
         descriptor = os.open(os.devnull, os.O_WRONLY)
         os.dup2(descriptor, stream.fileno())

@@ -20,6 +20,8 @@ from firstlap.cli.common import (
     LapsOption,
     LatencyOption,
     LidarOption,
+    ReverseOption,
+    SeedOption,
     SetOption,
     SetupOption,
     TrackArgument,
@@ -49,22 +51,22 @@ def race(
     setup: SetupOption = None,
     changes: SetOption = None,
     laps: LapsOption = 3,
-    seed: Annotated[int, typer.Option("--seed", min=0, help="Of everything random.")] = 1,
-    reverse: Annotated[bool, typer.Option("--reverse", help="Drive the other way round.")] = False,
+    seed: SeedOption = 1,
+    reverse: ReverseOption = False,
     car: CarOption = "default",
     lidar: LidarOption = None,
     options: ConditionOption = None,
     latency: LatencyOption = "none",
     true_pose: Annotated[
-        bool, typer.Option("--true-pose", help="An ablation of global: the simulator's pose instead of its own.")
+        bool, typer.Option("--true-pose", help="Ablation of `global`: use the simulator's true pose.")
     ] = False,
-    plot: Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Write a picture of the race.")] = None,
+    plot: Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Plot the race.")] = None,
     record: Annotated[
-        Path | None, typer.Option("--record", metavar="FILE.mcap", help="Log everything as ROS messages.")
+        Path | None, typer.Option("--record", metavar="FILE.mcap", help="Log the race as ROS messages.")
     ] = None,
     as_json: JsonOption = False,
 ) -> int:
-    """Race one track: laps, lap times, and a picture. Exits 0 when finished, 1 when not."""
+    """Race one track: lap times, clearance, and a plot. Exit code 0 if the race finished, 1 otherwise."""
     if plot:
         from firstlap.plots.primitives import PICTURE_SUFFIXES
 
@@ -94,7 +96,7 @@ def race(
             record=record,
         )
 
-    result = _watched(drive, laps, loaded.length)
+    result = _drive_with_progress(drive, laps, loaded.length)
     if as_json:
         print_json(result.to_dict())
     else:
@@ -105,11 +107,11 @@ def race(
 
 def _with_true_pose(setup: Setup) -> Setup:
     if "guard.true_pose" not in [entry.key for entry in setup.fields.fields]:
-        raise InputError(f"--true-pose: the driver {setup.driver} has no use for a pose; expected --driver global")
+        raise InputError(f"--true-pose: driver {setup.driver} uses no pose; expected --driver global")
     return setup.with_values({"guard.true_pose": True})
 
 
-def _watched(
+def _drive_with_progress(
     drive: Callable[[Callable[[_core.Race], object], ProgressCallback], RaceResult], laps: int, length: float
 ) -> RaceResult:
     columns = (TextColumn("{task.description}"), BarColumn(50), TextColumn("{task.fields[speed]:.1f} m/s"))
@@ -164,7 +166,7 @@ def _print(result: RaceResult, record: Path | None) -> None:
         out.print(f"[bold red]{result.outcome.replace('_', ' ')}[/] after {result.time:.2f} s{why}", soft_wrap=True)
     before = result.preparation
     if before.seconds:
-        kept = ", kept from before" if before.cached else ""
+        kept = ", from the cache" if before.cached else ""
         out.print(f"preparation: {before.driving:.1f} s of driving, {before.computing:.1f} s of computing{kept}")
         for remark in before.notes:
             note(remark)
@@ -172,6 +174,6 @@ def _print(result: RaceResult, record: Path | None) -> None:
     if compute["p50"] is not None:
         out.print(f"a step took {compute['p50']:.0f} µs (p50), {compute['p99']:.0f} µs (p99)")
     if result.skipped_scans:
-        out.print(f"late: {result.skipped_scans} scans came while the driver was busy and were skipped")
+        out.print(f"skipped: {result.skipped_scans} scans arrived while the driver was busy")
     if record:
         out.print(escape(f"log: {record}"), soft_wrap=True)

@@ -26,10 +26,10 @@ from firstlap.cli.recording import (
     SetupOfRecording,
     SpeedOption,
     read,
+    scan_progress,
     scans_bar,
     setup_and_car,
     topics_of,
-    watched,
 )
 from firstlap.common.files import LOGS, check_writable
 from firstlap.common.text import UNKNOWN, counted, short_name
@@ -43,14 +43,20 @@ def replay(
     driver: DriverOption = None,
     setup: SetupOfRecording = None,
     changes: SetOption = None,
-    against: Annotated[str | None, typer.Option("--against", metavar="SETUP", help="A second setup beside it.")] = None,
-    begin: Annotated[float | None, typer.Option("--from", metavar="S", help="Seconds after the first scan.")] = None,
-    end: Annotated[float | None, typer.Option("--to", metavar="S", help="Seconds after the first scan.")] = None,
+    against: Annotated[
+        str | None, typer.Option("--against", metavar="SETUP", help="A second setup for comparison.")
+    ] = None,
+    begin: Annotated[
+        float | None, typer.Option("--from", metavar="S", help="Start, in seconds after the first scan.")
+    ] = None,
+    end: Annotated[
+        float | None, typer.Option("--to", metavar="S", help="End, in seconds after the first scan.")
+    ] = None,
     plot: Annotated[
-        Path | None, typer.Option("--plot", metavar="FILE", help="Write a picture over time; with --map: over the map.")
+        Path | None, typer.Option("--plot", metavar="FILE", help="Plot over time; with --map: on the map.")
     ] = None,
     map_path: Annotated[
-        Path | None, typer.Option("--map", metavar="MAP", help="Hold what was seen against this map; needs poses.")
+        Path | None, typer.Option("--map", metavar="MAP", help="Compare the perception with this map; needs poses.")
     ] = None,
     record: Annotated[
         Path | None, typer.Option("--record", metavar="FILE.mcap", help="Log scans and plans as ROS messages.")
@@ -66,7 +72,7 @@ def replay(
     keep_body: KeepBody = False,
     as_json: JsonOption = False,
 ) -> int:
-    """Drive the planner through a recording: what would it have done with these scans?"""
+    """Run the planner on a recording: what would it have commanded?"""
     from dataclasses import replace
 
     from firstlap.evaluation.replay.replay import replay as run_replay
@@ -86,7 +92,7 @@ def replay(
     reading = time.perf_counter() - started
     chosen, loaded_car, remarks = setup_and_car(loaded, driver, setup, changes, car)
     with scans_bar() as bar:
-        look = watched(bar, "replaying", len(loaded) * (1 if other is None else 2))
+        look = scan_progress(bar, "replaying", len(loaded) * (1 if other is None else 2))
         found = run_replay(loaded, chosen, loaded_car, against=other, mask_body=not keep_body, look=look, record=record)
     found = replace(found, reading=reading, remarks=(*remarks, *found.remarks))
     on_map = compare_with_map(loaded, chosen, loaded_car, map_path, not keep_body) if map_path else None
@@ -113,21 +119,23 @@ def _print(found: dict[str, Any], record: Path | None) -> None:
         other = "" if drive["driver"] == LOCAL else f"{drive['driver']}, "
         table.add_column(escape(f"{other}setup {drive['setup']}"), justify="right", overflow="fold")
     rows = _rows(drives)
-    silent = [label.partition(":")[0] for label, cells in rows if set(cells) == {UNKNOWN}]
+    missing = [label.partition(":")[0] for label, cells in rows if set(cells) == {UNKNOWN}]
     for label, cells in rows:
         if set(cells) != {UNKNOWN}:
             table.add_row(label, *cells)
     out.print(table)
-    if silent:
-        drivers = " and ".join(dict.fromkeys(drive["driver"] for drive in drives))
-        out.print(escape(f"nothing is known here of {', '.join(silent)} by {drivers}"), soft_wrap=True)
+    if missing:
+        drivers = ", ".join(dict.fromkeys(drive["driver"] for drive in drives))
+        out.print(escape(f"not available for {drivers}: {', '.join(missing)}"), soft_wrap=True)
     if found["recorded"]:
-        out.print(escape(f"against the commands of {found['recorded']['topic']}: {_difference(found['recorded'])}"))
+        text = f"compared with the commands of {found['recorded']['topic']}: {_difference(found['recorded'])}"
+        out.print(escape(text), soft_wrap=True)
     if "difference" in found:
-        out.print(escape(f"{drives[0]['setup']} against {drives[1]['setup']}: {_difference(found['difference'])}"))
+        text = f"{drives[0]['setup']} compared with {drives[1]['setup']}: {_difference(found['difference'])}"
+        out.print(escape(text), soft_wrap=True)
     sources = ", ".join(f"{name.replace('_', ' ')} from {source}" for name, source in found["sources"].items())
     out.print(escape(sources), soft_wrap=True)
-    out.print(f"{found['scans_per_second']:.0f} scans a second, reading included")
+    out.print(f"{found['scans_per_second']:.0f} scans per second, including reading")
     if record:
         out.print(escape(f"log: {record}"), soft_wrap=True)
 
@@ -135,7 +143,7 @@ def _print(found: dict[str, Any], record: Path | None) -> None:
 def _rows(drives: list[dict[str, Any]]) -> list[tuple[str, list[str]]]:
     rows: dict[str, Callable[[dict[str, Any]], str]] = {
         "status": lambda d: ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in d["statuses"].items()),
-        "walls seen: both, one, none": lambda d: _percents(d["sides"]),
+        "visible walls: both, one, none": lambda d: _percents(d["sides"]),
         "width: 5 %, median, 95 %": lambda d: _values(d["width"], ("p5", "median", "p95"), 2, "m"),
         "path reaches 1, 2, 3 m": lambda d: _percents(d["available"]),
         "path jump: median, 95 %": lambda d: _values(d["jump"], ("median", "p95"), 3, "m"),
@@ -159,9 +167,9 @@ def _percents(found: dict[str, float | None]) -> str:
 def _difference(found: dict[str, Any]) -> str:
     angle = _values(_degrees(found["steering_angle"]), ("median", "p95"), 1, "°")
     speed = _values(found["speed"], ("median", "p95"), 2, "m/s")
-    found_of = (("wheel angle", angle), ("speed", speed))
-    said = [f"{what} {UNKNOWN}" if by == UNKNOWN else f"{what} off by {by}" for what, by in found_of]
-    return f"{', '.join(said)} (median, 95 %)"
+    differences = (("steering angle", angle), ("speed", speed))
+    texts = [f"{what} {UNKNOWN}" if by == UNKNOWN else f"{what} difference {by}" for what, by in differences]
+    return f"{', '.join(texts)} (median, 95 %)"
 
 
 def _percent(value: float | None) -> str:

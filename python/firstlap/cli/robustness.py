@@ -11,6 +11,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemaini
 from rich.table import Table
 
 from firstlap.cli.common import (
+    BothOption,
     CarOption,
     ConditionOption,
     JsonOption,
@@ -37,27 +38,29 @@ from firstlap.tracks.library import load_track
 
 
 def robustness(
-    tracks: Annotated[list[str], typer.Argument(metavar="TRACK", help="Tracks as of `survey`.")],
+    tracks: Annotated[list[str], typer.Argument(metavar="TRACK", help="Tracks as for `survey`.")],
     setup: SetupOption = "sure",
     changes: SetOption = None,
     sweeps: Annotated[
         list[str] | None,
-        typer.Option("--sweep", metavar="NAME", help=f"Only this: {', '.join(s.name for s in SWEEPS)}; repeatable."),
+        typer.Option(
+            "--sweep", metavar="NAME", help=f"Run only this sweep: {', '.join(s.name for s in SWEEPS)}; repeatable."
+        ),
     ] = None,
     laps: LapsOption = 2,
-    seeds: Annotated[int, typer.Option("--seeds", min=1, max=1_000, help="Seeds 1 to K for each race.")] = 2,
-    both: Annotated[bool, typer.Option("--both", help="Both directions.")] = False,
+    seeds: Annotated[int, typer.Option("--seeds", min=1, max=1_000, help="Races per case, seeds 1 to K.")] = 2,
+    both: BothOption = False,
     places: Annotated[
-        int, typer.Option("--places", min=1, max=1_000, help="Sudden obstacles per lap, on the line and beside it.")
+        int, typer.Option("--places", min=1, max=1_000, help="Obstacle positions per lap, on the line and beside it.")
     ] = 8,
     car: CarOption = "default",
     lidar: LidarOption = None,
     options: ConditionOption = None,
-    plot: Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Write a picture of the curves.")] = None,
+    plot: Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Plot the curves.")] = None,
     as_json: JsonOption = False,
 ) -> int:
-    """Race against lost beams, noise, joints, slow scans, latency, wrong speeds, lasers and servos, and sudden
-    obstacles: what may go wrong? Exits 0 when nothing was touched, 1 when something was."""
+    """Race with lost beams, noise, joints, slow scans, latency, speed, LiDAR and servo errors, and sudden obstacles.
+    Exit code 0 without contact, 1 otherwise."""
     if plot:
         from firstlap.plots.primitives import PICTURE_SUFFIXES
 
@@ -70,12 +73,12 @@ def robustness(
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with progress_bar(*columns) as bar:
         task = bar.add_task("planning", total=None)
-        touched = 0
+        contacts = 0
 
         def done(drive: Drive) -> None:
-            nonlocal touched
-            touched += not drive.contact_free
-            bar.update(task, advance=1, description=f"racing, {touched} touched something")
+            nonlocal contacts
+            contacts += not drive.contact_free
+            bar.update(task, advance=1, description=f"racing, {contacts} with contact")
 
         try:
             cases = list(races.cases(chosen, loaded, seeds, both, places))
@@ -102,7 +105,7 @@ def robustness(
         draw(plot, lambda path: plot_robustness(found, path), as_json)
     if interrupted:
         return fail(f"interrupted after {len(races.drives)} races", 130)
-    return 0 if touched == 0 else 1
+    return 0 if contacts == 0 else 1
 
 
 def _print(found: dict[str, Any]) -> None:

@@ -1,4 +1,4 @@
-"""What the commands that run nodes share: arguments for ROS."""
+"""ROS arguments of the commands that run nodes."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ NAMESPACE = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*", re.A
 
 
 class RosCommand(TyperCommand):
-    """A command that hands everything from --ros-args on to ROS."""
+    """A command that passes --ros-args and everything after it to ROS."""
 
     def parse_args(self, ctx: typer.Context, args: list[str]) -> list[str]:  # type: ignore[override]
-        """Takes what is for ROS away before the rest is looked at."""
+        """Removes the ROS arguments before the others are parsed."""
         at = args.index(MARK) if MARK in args else len(args)
         ctx.meta[MARK] = args[at:]
         return super().parse_args(ctx, args[:at])
 
 
 def ros_arguments(context: typer.Context, namespace: str = "", sim_time: bool = False) -> list[str]:
-    """For rclpy.init. Raises InputError."""
+    """The arguments of rclpy.init. Raises InputError."""
     arguments = list(context.meta.get(MARK) or [MARK])
     if namespace:
         space = namespace.strip("/")

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
-from firstlap.cli.common import JsonOption, note, print_json
+from firstlap.cli.common import JsonOption, ReverseOption, SeedOption, note, print_json
 from firstlap.cli.ros_arguments import ros_arguments
 
 
@@ -14,20 +14,25 @@ def sim(
     context: typer.Context,
     track: Annotated[
         str,
-        typer.Argument(metavar="TRACK", help="One of ours by name, a track file, random:SEED, or a ROS map YAML."),
+        typer.Argument(metavar="TRACK", help="Name of a track, a track file, random:SEED, or a ROS map YAML."),
     ] = "arena",
     lidar: Annotated[str, typer.Option("--lidar", metavar="LIDAR", help="rplidar_a2, ld19, ... or a YAML file.")] = "",
     car: Annotated[str, typer.Option("--car", metavar="CAR", help="default, nuc2, gym or a YAML file.")] = "",
-    cars: Annotated[int, typer.Option("--cars", min=1, max=16, help="Cars on the track, each in its namespace.")] = 1,
-    seed: Annotated[int, typer.Option("--seed", min=0, help="Of all noise.")] = 1,
-    reverse: Annotated[bool, typer.Option("--reverse", help="The other way round.")] = False,
-    factor: Annotated[float, typer.Option("--factor", help="Times real time; publishes /clock.")] = 1.0,
-    clock: Annotated[bool, typer.Option("--clock", help="Publish /clock and stamp with the simulated time.")] = False,
-    gym: Annotated[bool, typer.Option("--gym-names", help="Topics and frames of f1tenth_gym_ros.")] = False,
-    laps: Annotated[int | None, typer.Option("--laps", min=1, help="End when every car has driven so many.")] = None,
+    cars: Annotated[
+        int, typer.Option("--cars", min=1, max=16, help="Number of cars on the track, each in its own namespace.")
+    ] = 1,
+    seed: SeedOption = 1,
+    reverse: ReverseOption = False,
+    factor: Annotated[float, typer.Option("--factor", help="Real-time factor; publishes /clock.")] = 1.0,
+    clock: Annotated[bool, typer.Option("--clock", help="Publish /clock and use simulated time stamps.")] = False,
+    gym: Annotated[bool, typer.Option("--gym-names", help="Use the topics and frames of f1tenth_gym_ros.")] = False,
+    laps: Annotated[
+        int | None, typer.Option("--laps", min=1, help="End when every car has driven this many laps.")
+    ] = None,
     as_json: JsonOption = False,
 ) -> int:
-    """Simulate cars over ROS 2 in real time: scan, odometry, TF out, drive in. What follows --ros-args is for ROS."""
+    """Simulate cars over ROS 2 in real time: publishes scan, odometry and TF, subscribes to drive. Arguments after
+    --ros-args go to ROS."""
     from firstlap.ros import require_ros
 
     arguments = ros_arguments(context)

@@ -10,6 +10,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemaini
 from rich.table import Table
 
 from firstlap.cli.common import (
+    BothOption,
     CarOption,
     ConditionOption,
     DriverOption,
@@ -38,20 +39,22 @@ from firstlap.tracks.library import list_tracks, load_track
 def survey(
     tracks: Annotated[
         list[str],
-        typer.Argument(metavar="TRACK", help="Tracks as of `race`; all: every one of ours; random:1-20: twenty."),
+        typer.Argument(
+            metavar="TRACK", help="Tracks as for `race`; all: all our tracks; random:1-20: twenty random tracks."
+        ),
     ],
     driver: DriverOption = None,
     setup: SetupOption = None,
     changes: SetOption = None,
     laps: LapsOption = 3,
-    seeds: Annotated[int, typer.Option("--seeds", min=1, max=10_000, help="Seeds 1 to K for each track.")] = 3,
-    both: Annotated[bool, typer.Option("--both", help="Both directions.")] = False,
+    seeds: Annotated[int, typer.Option("--seeds", min=1, max=10_000, help="Races per track, seeds 1 to K.")] = 3,
+    both: BothOption = False,
     car: CarOption = "default",
     lidar: LidarOption = None,
     options: ConditionOption = None,
     as_json: JsonOption = False,
 ) -> int:
-    """Race many tracks, directions and seeds on all cores: is a setup safe? Exits 0 when every race finished."""
+    """Race many tracks, directions and seeds on all cores. Exit code 0 if every race finished, 1 otherwise."""
     the_car = chosen_car(car, lidar)
     races = Survey(chosen_setup(setup, changes, driver), the_car, laps, chosen_options(options, the_car))
     specs = expand(tracks)
@@ -99,7 +102,7 @@ def survey(
 
 
 def expand(tracks: list[str]) -> list[str]:
-    """all -> every track of ours; random:1-20 -> random:1 ... random:20; each once. Raises InputError."""
+    """Expands "all" and "random:1-20" and removes duplicates. Raises InputError."""
     specs: list[str] = []
     for track in tracks:
         first, dash, last = track.removeprefix("random:").partition("-")

@@ -13,11 +13,11 @@ from firstlap.tracks.library import list_tracks, load_track
 
 def tracks(
     named: Annotated[
-        list[str] | None, typer.Argument(metavar="TRACK", help="Names, track files or ROS maps; without: ours.")
+        list[str] | None, typer.Argument(metavar="TRACK", help="Tracks as for `race`; default: all our tracks.")
     ] = None,
     as_json: JsonOption = False,
 ) -> int:
-    """List tracks with length, widths, and what was noticed about a map."""
+    """List tracks with length, widths, and remarks on maps."""
     rows: list[dict[str, Any]] = []
     for name in named or list_tracks():
         track = load_track(name)

@@ -41,12 +41,16 @@ def tune(
     track: TrackArgument,
     start: Annotated[
         str | None,
-        typer.Option("--from", metavar="SETUP", help="What to begin with and to beat; default: base or the driver's."),
+        typer.Option(
+            "--from", metavar="SETUP", help="Setup to start from and to beat; default: base, or the driver's own."
+        ),
     ] = None,
     others: Annotated[
         str | None,
         typer.Option(
-            "--starts", metavar="SETUP,...", help="Raced too, begun at where better; none, or default: all of ours."
+            "--starts",
+            metavar="SETUP,...",
+            help="Further starting setups, or none; default: all our setups of the driver.",
         ),
     ] = None,
     driver: DriverOption = None,
@@ -55,59 +59,61 @@ def tune(
         typer.Option(
             "--budget",
             metavar="TIME|N",
-            help="3m, 90s, 1h for search and choice, or a number of trials.",
+            help="Time for search and selection (3m, 90s, 1h), or a number of trials.",
         ),
     ] = "3m",
-    seeds: Annotated[int, typer.Option("--seeds", min=1, max=1000, help="Races of each candidate.")] = 8,
-    seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of everything random in the search.")] = 1,
-    only: Annotated[
-        str | None, typer.Option("--only", metavar="NAME,...", help="Change these parameters and no others.")
-    ] = None,
-    fix: Annotated[str | None, typer.Option("--fix", metavar="NAME,...", help="Leave these parameters alone.")] = None,
+    seeds: Annotated[int, typer.Option("--seeds", min=1, max=1000, help="Races per candidate.")] = 8,
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of all randomness in the search.")] = 1,
+    only: Annotated[str | None, typer.Option("--only", metavar="NAME,...", help="Tune only these parameters.")] = None,
+    fix: Annotated[str | None, typer.Option("--fix", metavar="NAME,...", help="Keep these parameters fixed.")] = None,
     judging: Annotated[
         list[str] | None,
         typer.Option(
             "--judge",
             metavar="NAME=VALUE",
-            help="How candidates are judged, such as friction=0.2; all names: docs/parameters.md.",
+            help="How candidates are evaluated, such as friction=0.2; names: docs/parameters.md.",
         ),
     ] = None,
-    reverse: Annotated[bool, typer.Option("--reverse", help="Tune for the other way round.")] = False,
+    reverse: Annotated[bool, typer.Option("--reverse", help="Tune for the opposite direction.")] = False,
     car: CarOption = "default",
     lidar: LidarOption = None,
     name: Annotated[
-        str | None, typer.Option("--name", metavar="NAME", help="Name of the study; one that is there is resumed.")
+        str | None, typer.Option("--name", metavar="NAME", help="Name of the study; an existing one is resumed.")
     ] = None,
     study_file: Annotated[
-        Path, typer.Option("--study", metavar="FILE", help="Where all studies are kept; optuna-dashboard opens it.")
+        Path, typer.Option("--study", metavar="FILE", help="Database of all studies, for optuna-dashboard.")
     ] = Path("firstlap-tuning.db"),
     out: Annotated[
-        Path | None, typer.Option("--out", metavar="FOLDER", help="Where setups and report go; default: tuned/NAME.")
+        Path | None,
+        typer.Option("--out", metavar="FOLDER", help="Output folder for setups and report; default: tuned/NAME."),
     ] = None,
     also: Annotated[
-        list[str] | None, typer.Option("--also", metavar="TRACK", help="Validate on this track too; repeatable.")
+        list[str] | None, typer.Option("--also", metavar="TRACK", help="Also validate on this track; repeatable.")
     ] = None,
     validated: Annotated[
         bool, typer.Option("--validate/--no-validate", help="Race the result on unseen seeds and on other tracks.")
     ] = True,
     cluster: Annotated[
         str | None,
-        typer.Option("--cluster", metavar="ADDRESS", help="Dask scheduler to race by; default: this machine."),
+        typer.Option("--cluster", metavar="ADDRESS", help="Dask scheduler for the races; default: this machine."),
     ] = None,
     workers: Annotated[
         int | None,
-        typer.Option("--workers", min=1, max=1024, help="Races at once here; default: all cores."),
+        typer.Option("--workers", min=1, max=1024, help="Parallel races on this machine; default: all cores."),
     ] = None,
     population: Annotated[
         int | None,
-        typer.Option("--population", min=4, max=10_000, help="Candidates a generation; default: by parameters."),
+        typer.Option(
+            "--population",
+            min=4,
+            max=10_000,
+            help="Candidates per generation; default: depends on the number of parameters.",
+        ),
     ] = None,
-    paper: Annotated[
-        bool, typer.Option("--paper", help="Search nothing: drive the paper's six settings on TRACK.")
-    ] = False,
+    paper: Annotated[bool, typer.Option("--paper", help="No search: drive the paper's six settings on TRACK.")] = False,
     as_json: JsonOption = False,
 ) -> int:
-    """Search for the fastest setup that holds on a track. Exits 0 when one was found, 1 when not."""
+    """Search for the fastest reliable setup on a track. Exit code 0 if one was found, 1 otherwise."""
     from firstlap.tuning.search import parse_budget
     from firstlap.tuning.session import check_name, make_session, new_name
     from firstlap.tuning.study import check_study_file, quiet_optuna
@@ -150,7 +156,7 @@ def _run(
     where: tuple[str | None, int | None],
     others: tuple[list[str], dict[str, Track], str] | None,
 ) -> tuple[Tuned, Validation | None]:
-    """Everything that races. Raises InputError, also where the cluster goes away."""
+    """Runs search, selection and validation. Raises InputError, also if the connection to the cluster is lost."""
     from firstlap.tuning.run import tune as run_tuning
     from firstlap.tuning.run import validate_tuned
     from firstlap.tuning.study import only_one, open_study
@@ -158,14 +164,14 @@ def _run(
     with only_one(study_file, name):
         study = open_study(study_file, name, session.about())
         if study.trials:
-            note(f"study {name}: {len(study.trials)} trials are there, {study.seconds:.0f} s of search")
-        with _kept(name, study_file, study), _pool(session.driver, *where) as pool, live_bar(budget) as watch:
+            note(f"study {name}: resuming after {len(study.trials)} trials, {study.seconds:.0f} s of search")
+        with _resume_hint(name, study_file, study), _pool(session.driver, *where) as pool, live_bar(budget) as watch:
             tuned = run_tuning(session, study, pool, budget, watch)
             return tuned, validate_tuned(tuned, _other_tracks(*others), pool, watch) if others is not None else None
 
 
 def _other_tracks(ours: list[str], also: dict[str, Track], tuned_for: str) -> dict[str, Track]:
-    """Every track of the validation but the one that was tuned for; ours are read only now, when they are needed."""
+    """All tracks of the validation except the tuned one; ours are loaded only now, when they are needed."""
     return {name: load_track(name) for name in ours if name != tuned_for} | also
 
 
@@ -181,8 +187,8 @@ def _folder(path: Path) -> Path:
 
 
 @contextmanager
-def _kept(name: str, path: Path, study: Any) -> Iterator[None]:
-    """Says what is kept when the search ends before its time."""
+def _resume_hint(name: str, path: Path, study: Any) -> Iterator[None]:
+    """Prints what is saved if the search ends early."""
     from firstlap.tuning.pool import PoolGoneError
 
     try:
@@ -195,7 +201,7 @@ def _kept(name: str, path: Path, study: Any) -> Iterator[None]:
 
 
 def _resume(name: str, path: Path, study: Any) -> str:
-    return f"{len(study.trials)} finished trials are kept in {path}; the same command with --name {name} resumes"
+    return f"{len(study.trials)} finished trials are saved in {path}; the same command with --name {name} resumes"
 
 
 @contextmanager
@@ -225,7 +231,7 @@ def _finish(tuned: Tuned, validation: Validation | None, folder: Path, study_fil
     else:
         print_tuned(found, page)
     if tuned.choice.holds is None:
-        return fail("no setup holds on fresh seeds; a longer --budget or a smaller --judge margin may find one", 1)
+        return fail("no reliable setup on the check seeds; try a longer --budget or a smaller --judge margin", 1)
     return 0
 
 

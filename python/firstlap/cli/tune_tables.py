@@ -1,4 +1,4 @@
-"""What `firstlap tune` shows while it searches, and what it says at the end."""
+"""Progress and results of `firstlap tune`."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @contextmanager
 def live_bar(budget: Budget) -> Iterator[Any]:
-    """A bar on stderr: trials, best lap, share that holds, time left."""
+    """A progress bar on stderr: trials, best lap, share of reliable candidates, remaining time."""
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
     with progress_bar(*columns) as bar:
         yield _bar_watch(bar, budget)
@@ -32,23 +32,23 @@ def _bar_watch(bar: Progress, budget: Budget) -> Any:
     total = budget.trials or (budget.seconds or 0.0)
 
     class BarWatch(TuningProgress):
-        """Shows it on a bar; what comes after the search, of which nobody knows the length, below it."""
+        """Shows the search on a bar, and below it the later steps, whose length is unknown."""
 
         def __init__(self) -> None:
-            self.search: TaskID = bar.add_task("racing the starts", total=total)
+            self.search: TaskID = bar.add_task("racing the starting setups", total=total)
             self.later: dict[str, TaskID] = {}
             self.races_of: dict[str, int] = {}
-            self.held = 0
-            self.seen = 0
+            self.reliable = 0
+            self.trials = 0
 
         def trial(self, search: Any, trial: Any) -> None:
-            self.seen += 1
-            self.held += trial.verdict.holds
+            self.trials += 1
+            self.reliable += trial.verdict.holds
             best = search.best
             done = search.seconds if budget.trials is None else len(search.study.trials)
             seconds = (total - done) * (1.0 if budget.trials is None else search.seconds / max(done, 1))
             lap = f"best {best.cost:.2f} s, " if best else ""
-            share = f"{100 * self.held / self.seen:.0f} % hold"
+            share = f"{100 * self.reliable / self.trials:.0f} % reliable"
             text = f"trial {trial.number + 1}, {lap}{share}, {max(seconds, 0.0):.0f} s left"
             bar.update(self.search, completed=min(done, total), description=text)
 
@@ -62,18 +62,18 @@ def _bar_watch(bar: Progress, budget: Budget) -> Any:
 
 
 def print_tuned(found: dict[str, Any], page: Path) -> None:
-    """The result as a table."""
+    """Prints the result as a table."""
     start = found["compared_with"]
     table = Table(
         title=escape(f"{short_name(found['track'])}, {found['direction']}: {counted(found['trials'], 'trial')}")
     )
-    table.caption = "on fresh seeds, half of the races at the worst ends of the spread"
+    table.caption = "on check seeds, half of the races at the worst limits of the spread"
     table.add_column("setup")
     for heading in ("lap s", f"less than {start['setup']}", "failed", "clearance m"):
         table.add_column(heading, justify="right", overflow="fold")
     safety = (f"{start['failed']} of {start['races']}", f"{start['clearance']:.2f}")
     table.add_row(start["setup"], f"{start['lap']:.2f}", "", *safety)
-    marked = [(title, found[role]) for role, title in (("holds", "fastest that holds"), ("seen", "fastest seen"))]
+    marked = [(title, found[role]) for role, title in (("holds", "fastest reliable"), ("seen", "fastest seen"))]
     for title, entry in marked:
         if entry:
             lap = entry["lap"] or entry["lap_in_search"]
@@ -85,7 +85,7 @@ def print_tuned(found: dict[str, Any], page: Path) -> None:
     out.print(
         escape(
             f"{found['laps']:.0f} laps simulated in {found['seconds']:.0f} s of search: "
-            f"{found['laps_per_second']:.1f} a second with {found['workers']} at once"
+            f"{found['laps_per_second']:.1f} per second with {found['workers']} workers"
         )
     )
     if found["validation"]:
@@ -95,7 +95,7 @@ def print_tuned(found: dict[str, Any], page: Path) -> None:
 
 
 def print_paper(found: dict[str, Any], page: Path) -> None:
-    """The six settings beside the paper's laps."""
+    """Prints the six settings next to the paper's lap times."""
     table = Table(title=escape(f"the paper's settings on {short_name(found['track'])}"))
     for heading in ("setting", "lap s", "less than 0", "failed", "paper's lap s", "less than 0"):
         table.add_column(heading, justify="right")

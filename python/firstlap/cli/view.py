@@ -31,7 +31,7 @@ from firstlap.cli.recording import (
     PoseTopic,
     ScanTopic,
     SpeedOption,
-    given,
+    given_options,
     read,
     setup_and_car,
     topics_of,
@@ -49,10 +49,10 @@ if TYPE_CHECKING:
     from firstlap.pitwall.source import Source
 
 PORT = 8080
-TRIED = 20
-"""Ports from the usual one on, where none was asked for."""
+PORTS_TRIED = 20
+"""Number of ports to try from the default one, if none was given."""
 TOKEN_VARIABLE = "FIRSTLAP_TOKEN"
-"""Of the environment."""
+"""The environment variable with the control token."""
 PACES = PACE_FIELDS.fields[0].range
 
 
@@ -60,24 +60,29 @@ def view(
     context: typer.Context,
     what: Annotated[
         str | None,
-        typer.Argument(metavar="TRACK|RECORDING", help="A track as of `race`, or a recording as of `replay`."),
+        typer.Argument(metavar="TRACK|RECORDING", help="A track as for `race`, or a recording as for `replay`."),
     ] = None,
-    ros: Annotated[bool, typer.Option("--ros", help="A car or simulator over ROS 2 instead.")] = False,
+    ros: Annotated[bool, typer.Option("--ros", help="Show a car or simulator over ROS 2.")] = False,
     namespace: Annotated[
-        str | None, typer.Option("--namespace", metavar="NAME", help="With --ros: of one car among several.")
+        str | None,
+        typer.Option("--namespace", metavar="NAME", help="With --ros: namespace of the car, if there are several."),
     ] = None,
     driver: DriverOption = None,
     setup: SetupOption = None,
     changes: SetOption = None,
     car: Annotated[
-        str | None, typer.Option("--car", metavar="CAR", help="default, nuc2, gym or a YAML file; else a log's own.")
+        str | None,
+        typer.Option("--car", metavar="CAR", help="default, nuc2, gym or a YAML file; default: the log's car."),
     ] = None,
     lidar: LidarOption = None,
-    seed: Annotated[int | None, typer.Option("--seed", min=0, help="A race: of everything random.")] = None,
-    reverse: Annotated[bool, typer.Option("--reverse", help="A race: the other way round.")] = False,
-    pace: Annotated[float | None, typer.Option("--pace", metavar="TIMES", help=f"Times real time: {PACES}.")] = None,
+    seed: Annotated[int | None, typer.Option("--seed", min=0, help="For a race: seed of all randomness.")] = None,
+    reverse: Annotated[bool, typer.Option("--reverse", help="For a race: drive in the opposite direction.")] = False,
+    pace: Annotated[
+        float | None,
+        typer.Option("--pace", metavar="TIMES", help=f"Playback speed, as a multiple of real time: {PACES}."),
+    ] = None,
     map_path: Annotated[
-        Path | None, typer.Option("--map", metavar="MAP", help="A recording with poses: the map that they are in.")
+        Path | None, typer.Option("--map", metavar="MAP", help="For a recording with poses: their map.")
     ] = None,
     scan_topic: ScanTopic = None,
     odom_topic: OdomTopic = None,
@@ -88,21 +93,23 @@ def view(
     laser: LaserOption = None,
     keep_body: KeepBody = False,
     host: Annotated[
-        str, typer.Option("--host", metavar="ADDRESS", help="Where to listen; others than this machine need a token.")
+        str, typer.Option("--host", metavar="ADDRESS", help="Address to listen on; other machines need a token.")
     ] = "127.0.0.1",
     port: Annotated[
         int | None,
-        typer.Option("--port", min=0, max=65535, help=f"Default: {PORT}, or the next free one; 0: any."),
+        typer.Option(
+            "--port", min=0, max=65535, help=f"Port to listen on; default: {PORT}, or the next free one; 0: any."
+        ),
     ] = None,
     token_file: Annotated[
         Path | None,
         typer.Option(
-            "--token-file", metavar="FILE", help="Its first line is for those who control; - is standard input."
+            "--token-file", metavar="FILE", help="File whose first line is the control token; -: standard input."
         ),
     ] = None,
     open_browser: Annotated[bool, typer.Option("--open/--no-open", help="Open the browser.")] = True,
 ) -> int:
-    """Watch the driver think and turn its knobs while it drives, in the browser. What follows --ros-args is for ROS."""
+    """Watch a driver and change its parameters live in the browser. Arguments after --ros-args go to ROS."""
     try:
         import viser  # noqa: F401
     except ImportError:
@@ -111,23 +118,23 @@ def view(
     from firstlap.mapping.contradictions import contradictions
 
     topics = topics_of(scan_topic, odom_topic, imu_topic, drive_topic, pose_topic, speed, laser)
-    of_race = {"--seed": seed, "--reverse": reverse or None, "--lidar": lidar}
-    of_recording = {**given(topics, keep_body), "--map": map_path}
-    of_both = {"--driver": driver, "--setup": setup, "--set": changes, "--car": car, "--pace": pace}
+    race_options = {"--seed": seed, "--reverse": reverse or None, "--lidar": lidar}
+    recording_options = {**given_options(topics, keep_body), "--map": map_path}
+    shared_options = {"--driver": driver, "--setup": setup, "--set": changes, "--car": car, "--pace": pace}
     times = 1.0 if pace is None else checked_pace(pace)
     if ros:
-        refuse({"the argument": what, **of_both, **of_race, **of_recording}, "with --ros")
+        refuse({"the argument": what, **shared_options, **race_options, **recording_options}, "with --ros")
         source = _ros(ros_arguments(context, namespace or ""))
     elif namespace is not None:
-        raise InputError("--namespace: has no meaning without --ros")
+        raise InputError("--namespace: has no effect without --ros")
     elif what is None:
         raise InputError("expected a track, a recording, or --ros; for example `firstlap view arena`")
     elif is_track(what):
-        refuse(of_recording, "with a track")
+        refuse(recording_options, "with a track")
         chosen = chosen_setup(setup, changes, driver)
         source = _race(what, chosen, chosen_car(car or "default", lidar), 1 if seed is None else seed, reverse, times)
     else:
-        refuse(of_race, "with a recording")
+        refuse(race_options, "with a recording")
         loaded = read(Path(what), topics)
         chosen, loaded_car, remarks = setup_and_car(loaded, driver, setup, changes, car)
         source = _recording(loaded, chosen, loaded_car, map_path, not keep_body, times)
@@ -137,7 +144,7 @@ def view(
 
 
 def is_track(what: str) -> bool:
-    """Whether that names a track, rather than a recording. Raises InputError where it is neither."""
+    """Whether the argument names a track rather than a recording. Raises InputError if it is neither."""
     if what in list_tracks() or what.startswith("random:"):
         return True
     path = Path(what)
@@ -152,8 +159,8 @@ def is_track(what: str) -> bool:
 
 
 def _token(file: Path | None) -> str | None:
-    """Of those who control, from a file, standard input or the environment: not from the command line, which every
-    user of the machine sees in the list of processes. Raises InputError."""
+    """The control token, from a file, standard input or the environment; not from the command line, which all users
+    of the machine can read. Raises InputError."""
     if file is None:
         return os.environ.get(TOKEN_VARIABLE)
     text = sys.stdin.readline() if str(file) == "-" else read_text(file, "a file with a token")
@@ -187,19 +194,21 @@ def _ros(arguments: list[str]) -> Source:
 
 
 def choose_port(host: str, port: int | None) -> int:
-    """The one that was asked for, or the first from the usual one on that nobody listens at."""
+    """The port that was given, or the first free one from the default port on. Raises InputError."""
     if port is not None:
         return port
-    for candidate in range(PORT, PORT + TRIED):
+    for candidate in range(PORT, PORT + PORTS_TRIED):
         if _is_free(host, candidate):
             if candidate != PORT:
-                note(f"port {PORT} is taken: {candidate} instead")
+                note(f"port {PORT} is in use: using {candidate}")
             return candidate
-    raise InputError(f"ports {PORT} to {PORT + TRIED - 1} are taken; another one with --port, or --port 0 for any")
+    raise InputError(
+        f"ports {PORT} to {PORT + PORTS_TRIED - 1} are in use; choose another with --port, or --port 0 for any"
+    )
 
 
 def _is_free(host: str, port: int) -> bool:
-    """Also where it cannot be known: then the authenticator says what is wrong."""
+    """Whether the port is free; also true if that cannot be determined: the server then reports the error."""
     try:
         with socket.create_server((host, port), family=socket.AF_INET6 if ":" in host else socket.AF_INET):
             return True
@@ -215,7 +224,7 @@ def _serve(source: Source, host: str, port: int, token: str | None, open_browser
     try:
         source.start()
         app = serve(source, host=host, port=port, authenticator=authenticator, panel=panels_of(source))
-        _say(authenticator)
+        _print_address(authenticator)
         if open_browser and _has_display():
             _open(authenticator.opening_url())
         _wait()
@@ -227,7 +236,7 @@ def _serve(source: Source, host: str, port: int, token: str | None, open_browser
 
 
 def panels_of(source: Source) -> MakePanel:
-    """Controls for those who may control, and something to see for all others."""
+    """The control panel for clients that may control, and a read-only one for all others."""
     from firstlap.pitwall.panel import Panel, WatchPanel
 
     def panel(client: Any, may_control: bool, on_map: Any) -> Any:
@@ -236,17 +245,17 @@ def panels_of(source: Source) -> MakePanel:
     return panel
 
 
-def _say(authenticator: Any) -> None:
+def _print_address(authenticator: Any) -> None:
     if authenticator.warning:
         print(f"warning: {authenticator.warning}", file=sys.stderr)
     print(authenticator.url, flush=True)
     if authenticator.watch_url:
-        print(f"to watch only: {authenticator.watch_url}", flush=True)
-    note("Ctrl-C ends it")
+        print(f"read-only: {authenticator.watch_url}", flush=True)
+    note("Ctrl-C to stop")
 
 
 def _wait() -> None:
-    """Until Ctrl-C, which is how this ends."""
+    """Waits for Ctrl-C."""
     try:
         threading.Event().wait()
     except KeyboardInterrupt:
@@ -254,7 +263,7 @@ def _wait() -> None:
 
 
 def _has_display() -> bool:
-    """Whether a browser could show itself; one in the terminal would be in the way."""
+    """Whether there is a display for a browser; a text-mode browser would take over the terminal."""
     return sys.platform != "linux" or bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
 
 

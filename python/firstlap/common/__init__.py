@@ -1,1 +1,1 @@
-"""What every part uses: errors, files, text."""
+"""Errors, files and text that all other packages use."""

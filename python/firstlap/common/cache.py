@@ -1,4 +1,4 @@
-"""The user's cache folder, and the hash of the code that what lies in it was made by."""
+"""The user's cache folder, and the code hash that identifies which version made its contents."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def cache_folder(name: str) -> Path:
 
 @cache
 def code_hash(with_python: bool) -> str:
-    """Hash of the compiled core; for drivers that are written in Python also of the package's sources."""
+    """Hash of the compiled core; with_python: also of the package's Python sources."""
     return hash_of_code(["."] if with_python else [])
 
 

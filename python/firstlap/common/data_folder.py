@@ -1,4 +1,4 @@
-"""Where what ships with the package lies: setups, tracks, LiDARs."""
+"""Folders of the data that ships with the package: setups, tracks, LiDARs."""
 
 from __future__ import annotations
 

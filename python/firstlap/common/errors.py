@@ -1,11 +1,11 @@
-"""The error a person can act on."""
+"""Errors that the user can fix."""
 
 
 class InputError(Exception):
-    """A file, a name or a value from outside is wrong.
+    """A file, a name or a value from the user is invalid.
 
-    The message is one line: where, what was wrong, what would be right.
-    The command line prints it and exits 2.
+    The message is one line: where, what is wrong, what would be right.
+    The command line prints it and exits with code 2.
     """
 
     def __init__(self, message: str) -> None:
@@ -13,5 +13,5 @@ class InputError(Exception):
 
 
 def missing_extra(what: str, package: str, extra: str) -> InputError:
-    """What to say where a package that only an extra brings is not installed."""
+    """The error for a missing package that is installed by an extra."""
     return InputError(f"{what} needs {package}: `make extras` in a checkout, or pip install 'firstlap[{extra}]'")

@@ -1,4 +1,4 @@
-"""Files that one process at a time may write. The kernel drops a lock with its holder: none is ever stale."""
+"""Locks for files that only one process at a time may write. The kernel releases a lock when its process ends."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from firstlap.common.errors import InputError
 
 
 def lock_open_file(file: IO[Any], path: Path, busy: str, *, wait: bool = False) -> None:
-    """Locks an open file until it is closed. Raises InputError: `busy`, where another process has it.
+    """Locks an open file until it is closed. Raises InputError with the message `busy` if another process holds it.
 
-    wait: for that process, rather than raise.
+    wait: wait for that process instead of raising.
     """
     try:
         fcntl.flock(file, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
@@ -27,23 +27,23 @@ def lock_open_file(file: IO[Any], path: Path, busy: str, *, wait: bool = False) 
 
 @contextmanager
 def locked(path: Path, key: str, busy: str, *, wait: bool = False) -> Iterator[None]:
-    """Holds a hidden lock file beside `path`, which is there only meanwhile. Raises InputError, as `lock_open_file`.
+    """Holds a temporary hidden lock file next to `path`. Raises InputError like `lock_open_file`.
 
-    key: tells the locks of one file from each other; part of a file name.
+    key: distinguishes several locks of one file; part of the lock's file name.
     """
     lock = path.with_name(f".{path.name}.{key}.lock")
     file = _hold(lock, path, busy, wait)
     try:
         yield
     finally:
-        # Before the lock is let go: whoever waits for this file finds that it lost its name, and begins anew.
+        # Before the lock is released: a process that waits for this file sees that it was removed, and retries.
         with suppress(OSError):
             lock.unlink()
         file.close()
 
 
 def _hold(lock: Path, path: Path, busy: str, wait: bool) -> IO[Any]:
-    """The open lock file that has this name: the one before may have been removed while it was waited for."""
+    """The open and locked file; retries if the file was removed while waiting for the lock."""
     while True:
         try:
             file = lock.open("w")

@@ -1,4 +1,4 @@
-"""Files: there before they are read, written whole or not at all."""
+"""Checks before reading and writing, and atomic writes."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ LOGS = (".mcap",)
 
 
 def check_readable(path: Path, expected: str) -> None:
-    """Raises InputError where `path` is no file; `expected` says what it should be, such as 'a YAML file'."""
+    """Raises InputError if `path` is not a file; `expected` describes it in the message, such as 'a YAML file'."""
     if path.is_dir():
         raise InputError(f"{path}: is a folder; expected {expected}")
     if not path.exists():
@@ -23,22 +23,22 @@ def check_readable(path: Path, expected: str) -> None:
 
 
 def check_writable(path: str | Path, suffixes: tuple[str, ...]) -> Path:
-    """`path` if a file can be put there; called before the work is done. Raises InputError."""
+    """Checks that a file can be written to `path`, before the work is done, and returns it. Raises InputError."""
     path = Path(path)
     if path.suffix.lower() not in suffixes:
-        raise InputError(f"{path}: expected a file name that ends in {', '.join(suffixes)}")
+        raise InputError(f"{path}: expected a file name ending in {', '.join(suffixes)}")
     if path.is_dir():
         raise InputError(f"{path}: is a folder; expected a file name")
     folder = path.parent
     if not folder.is_dir():
-        raise InputError(f"{path}: there is no folder {folder}")
+        raise InputError(f"{path}: no such folder {folder}")
     if not os.access(folder, os.W_OK) or (path.exists() and not os.access(path, os.W_OK)):
         raise InputError(f"{path}: cannot be written")
     return path
 
 
 def write_whole(path: Path, write: Callable[[str], None]) -> None:
-    """Lets `write` fill a file beside `path`, then puts it in its place. Raises InputError."""
+    """Writes a file atomically: `write` fills a temporary file, which then replaces `path`. Raises InputError."""
     temporary = ""
     try:
         handle, temporary = tempfile.mkstemp(prefix=".", suffix=path.suffix, dir=path.parent)
@@ -56,7 +56,7 @@ def write_whole(path: Path, write: Callable[[str], None]) -> None:
 
 
 def write_together(files: Mapping[Path, bytes]) -> None:
-    """Writes several files that belong together: all are complete before the first takes its place."""
+    """Writes several files that belong together: all are complete before the first one is replaced."""
     temporaries: dict[Path, Path] = {}
     try:
         for path, content in files.items():

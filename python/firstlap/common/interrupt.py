@@ -1,4 +1,4 @@
-"""The answer to Ctrl-C. Imports next to nothing: it is the first thing that the command needs."""
+"""The handler of Ctrl-C during startup. Imports almost nothing, because it is installed first."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def leave(_number: int, _frame: FrameType | None) -> NoReturn:
-    """A signal handler: one line, exit code 130, and nothing more is run."""
+    """A signal handler: prints one line and exits immediately with code 130."""
     try:
         os.write(2, b"error: interrupted\n")
     finally:

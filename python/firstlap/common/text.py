@@ -1,23 +1,23 @@
-"""Text for people, some of it from file names."""
+"""Formatting of names and numbers for output."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 UNKNOWN = "not known"
-"""What stands where nothing was measured."""
+"""Text for a value that was not measured."""
 ENDINGS = (".yaml", ".yml", ".csv", ".npz", ".mcap", ".bag", ".db3", ".zstd", ".zst", ".active")
 
 
 def printable(text: str) -> str:
-    """`text` as UTF-8 can hold it: bytes of a file name that are none become question marks."""
+    """`text` as valid UTF-8: invalid bytes of a file name become question marks."""
     return text.encode("utf-8", "replace").decode("utf-8")
 
 
 def short_name(name: str) -> str:
-    """A track's or recording's name for a title: of a path the file's name alone, without its ending.
+    """A track's or recording's name for a title: for a path, the file name without its suffix.
 
-    A name that a file gives itself may hold a slash, too; a path is what has a known ending or begins like one.
+    A name that is set in a file may also contain a slash; a path has a known suffix or starts with /, ./ or ../.
     """
     path, known = Path(name), Path(name).suffix.lower() in ENDINGS
     while path.suffix.lower() in ENDINGS:  # .mcap.zstd
@@ -26,22 +26,22 @@ def short_name(name: str) -> str:
 
 
 def short_names(names: list[str]) -> dict[str, str]:
-    """Each name's short one; the whole name where two would be called the same."""
+    """The short name of each name; the whole name if two short names would be equal."""
     short = {name: short_name(name) for name in names}
     taken = list(short.values())
     return {name: one if taken.count(one) == 1 else name for name, one in short.items()}
 
 
 def counted(number: int, noun: str) -> str:
-    """1 seed, 2 seeds."""
+    """The number with its noun: "1 seed", "2 seeds"."""
     return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
 def signed(value: float, digits: int, width: int = 0) -> str:
-    """With its sign; what is nothing after rounding has a plus, never -0.0."""
+    """The rounded value with its sign; zero has a plus, never -0.0."""
     return f"{round(value, digits) + 0.0:+{width}.{digits}f}"
 
 
 def to_side(value: float, positive: str, negative: str, spec: str = "g") -> str:
-    """A distance [m] without its sign, and the side that it lies to: 0.1 m behind."""
+    """A signed distance [m] as its magnitude and side: "0.1 m behind"."""
     return f"{abs(value):{spec}} m {positive if value >= 0.0 else negative}"

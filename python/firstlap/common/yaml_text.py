@@ -1,4 +1,4 @@
-"""YAML from outside, read within bounds: what cannot be one of our files is refused in one line, and quickly."""
+"""Reads untrusted YAML within limits on size, depth and time."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from firstlap.common.files import check_readable
 
 MAX_YAML_BYTES = 1_000_000
 MAX_NODES = 110_000
-"""Scalars, lists and mappings of a file: a centerline of 20 000 points has 100 000. PyYAML takes 20 us over each."""
+"""Scalars, lists and mappings per file: a centerline of 20 000 points has 100 000. PyYAML takes 20 us for each."""
 MAX_DEPTH = 20
-"""Of lists and mappings in each other."""
+"""Nesting depth of lists and mappings."""
 MAX_SCALAR = 3_000
-"""Characters of one value. A whole number of this length can still be printed, and in base 60 be read."""
+"""Characters per value. An integer of this length can still be printed, and read in base 60."""
 SHOWN = 60
-"""Characters of a key that a message repeats."""
+"""Maximum number of characters of a key in a message."""
 
 LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-"""libyaml's where PyYAML was built with it: five times as fast."""
+"""libyaml's loader if PyYAML was built with it: five times as fast."""
 
 
 def read_text(path: Path, expected: str = "a YAML file", largest: int = MAX_YAML_BYTES) -> str:
-    """Text of a file; InputError when it is missing, empty, larger than that [B] or not UTF-8.
+    """The text of a file. Raises InputError if it is missing, empty, larger than `largest` bytes or not UTF-8.
 
-    expected: what it should be, for messages.
+    expected: description of the file for messages.
     """
     try:
         check_readable(path, expected)
@@ -48,7 +48,7 @@ def read_text(path: Path, expected: str = "a YAML file", largest: int = MAX_YAML
 def parse_mapping(text: str, where: str) -> dict[str, Any]:
     """The YAML mapping in `text`; `where` names the file in messages.
 
-    Raises InputError when it is something else, says a key twice, uses aliases (they explode), or is larger than
+    Raises InputError if it is not a mapping, repeats a key, uses aliases (which can expand without limit), or exceeds
     `MAX_YAML_BYTES`, `MAX_NODES`, `MAX_DEPTH` or `MAX_SCALAR`.
     """
     if len(text) > MAX_YAML_BYTES:
@@ -70,7 +70,7 @@ def parse_mapping(text: str, where: str) -> dict[str, Any]:
 
 
 def _refuse_brackets(text: str, where: str) -> None:
-    """Raises InputError where brackets are opened deeper than `MAX_DEPTH`: PyYAML's own scanner takes minutes there."""
+    """Raises InputError if brackets are nested deeper than `MAX_DEPTH`, for which PyYAML's scanner takes minutes."""
     depth = 0
     for character in text:
         depth += (character in "[{") - (character in "]}")
@@ -79,11 +79,11 @@ def _refuse_brackets(text: str, where: str) -> None:
 
 
 def _check_events(text: str, where: str) -> None:
-    """Raises InputError where there is more than `MAX_NODES`, `MAX_DEPTH` or `MAX_SCALAR`, and where aliases are."""
+    """Raises InputError if `MAX_NODES`, `MAX_DEPTH` or `MAX_SCALAR` is exceeded, or for aliases."""
     depth = 0
     for count, event in enumerate(yaml.parse(text, Loader=LOADER)):
         if isinstance(event, yaml.AliasEvent):
-            raise InputError(f"{where}: YAML aliases (*name) are not read; write the values out")
+            raise InputError(f"{where}: YAML aliases (*name) are not supported; write the values out")
         depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
         line = event.start_mark.line + 1 if event.start_mark else 0
         if depth > MAX_DEPTH:
@@ -107,7 +107,7 @@ def _construct(text: str, where: str) -> Any:
 
 
 def _refuse_duplicates(root: yaml.Node, where: str) -> None:
-    """Raises InputError where a key stands twice in one mapping, of which YAML readers silently drop one."""
+    """Raises InputError if a mapping repeats a key; YAML readers silently drop one of them."""
     for mapping in _mappings(root):
         seen: set[str] = set()
         for key, _ in mapping.value:
@@ -115,7 +115,7 @@ def _refuse_duplicates(root: yaml.Node, where: str) -> None:
                 continue
             if key.value in seen:
                 line = key.start_mark.line + 1
-                raise InputError(f"{where}, line {line}: '{key.value[:SHOWN]}' stands here for the second time")
+                raise InputError(f"{where}, line {line}: '{key.value[:SHOWN]}' is given twice")
             seen.add(key.value)
 
 

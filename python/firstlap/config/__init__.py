@@ -1,1 +1,1 @@
-"""Setups, cars and drivers: their field tables and files."""
+"""Setups, cars and driver kinds: their field tables and files."""

@@ -1,4 +1,4 @@
-"""Cars: presets of the simulator, or a YAML file with what differs from the default car."""
+"""Cars: presets of the simulator, or a YAML file with the differences from the default car."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def car_section(name: str) -> str:
 
 @dataclass(frozen=True)
 class Car:
-    """A car to simulate: geometry, vehicle, sensors and lidar, see docs/parameters.md."""
+    """A simulated car: geometry, vehicle, sensors and LiDAR, see docs/parameters.md."""
 
     name: str
     core: _core.Car
@@ -37,19 +37,19 @@ def load_car(spec: str | Path) -> Car:
     if path.suffix in (".yaml", ".yml") or (str(spec) and path.exists()):
         return _car(path.stem, CAR_FIELDS.read(path), str(path))
     near = difflib.get_close_matches(str(spec), CAR_NAMES, n=1, cutoff=0.5)
-    hint = f"did you mean {near[0]}?" if near else f"ours are {', '.join(CAR_NAMES)}"
+    hint = f"did you mean {near[0]}?" if near else f"available: {', '.join(CAR_NAMES)}"
     raise InputError(f"'{str(spec)[:200]}': no such car or file; {hint}")
 
 
 def list_lidars() -> list[str]:
-    """Names of the LiDARs that a car may have, sorted."""
+    """Names of the available LiDARs, sorted."""
     return sorted(path.stem for path in data_folder("lidars").glob("*.yaml"))
 
 
 def with_lidar(car: Car, spec: str | Path | None) -> Car:
     """The car with another LiDAR: one of ours by name, or the section `lidar` of a YAML file. Raises InputError.
 
-    Everything that the file does not say is as on the default car. None: the car as it is.
+    Values that the file does not set are those of the default car. None: the car is returned unchanged.
     """
     if spec is None:
         return car
@@ -57,7 +57,7 @@ def with_lidar(car: Car, spec: str | Path | None) -> Car:
     values = CAR_FIELDS.read(path)
     for section, name in values:
         if section != "lidar":
-            raise InputError(f"{path}: {section}.{name} is not of a LiDAR; expected the section 'lidar' alone")
+            raise InputError(f"{path}: {section}.{name} is not a LiDAR parameter; expected only the section 'lidar'")
     core = _core.Car(car.core)
     for field in CAR_FIELDS.fields:
         if field.section == "lidar":
@@ -72,7 +72,7 @@ def _lidar_file(spec: str | Path) -> Path:
     if path.suffix in (".yaml", ".yml") or (str(spec) and path.exists()):
         return path
     near = difflib.get_close_matches(str(spec), list_lidars(), n=1, cutoff=0.5)
-    hint = f"did you mean {near[0]}?" if near else f"ours are {', '.join(list_lidars())}"
+    hint = f"did you mean {near[0]}?" if near else f"available: {', '.join(list_lidars())}"
     raise InputError(f"'{str(spec)[:200]}': no such LiDAR or file; {hint}")
 
 

@@ -1,4 +1,4 @@
-"""What a driver is to those who do not know it: its name, its field table, its setup, and how it is made."""
+"""The interface of a driver: its name, field table, default setup and factory."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ if TYPE_CHECKING:
     from firstlap.tracks.track import Track
 
 ProgressCallback = Callable[[str, float], object]
-"""Called with what is being done and its share, 0 to 1, while a driver prepares itself."""
+"""Called with the current activity and its progress, 0 to 1, while a driver prepares."""
 
 
 class Params(Protocol):
-    """Sections of parameters, as the bindings and `TableParams` have them."""
+    """Parameters by section; implemented by the bindings and by `TableParams`."""
 
     def get(self, section: str, name: str) -> Any:
         """One value. Raises KeyError."""
@@ -34,7 +34,7 @@ class Params(Protocol):
         """{section: {name: value}}."""
 
     def validate(self) -> None:
-        """Raises ValueError where values contradict each other."""
+        """Raises ValueError if values contradict each other."""
 
 
 class Handle(Protocol):
@@ -42,35 +42,36 @@ class Handle(Protocol):
 
     @property
     def core(self) -> _core.Driver:
-        """What the simulator calls: a driver of the core, or a `_core.CallbackDriver` around a Python object."""
+        """The driver that the simulator calls: one of the core, or a `_core.CallbackDriver` around a Python object."""
 
     @property
     def trace(self) -> dict[str, Any]:
-        """What the last step saw and thought."""
+        """The trace of the last step."""
 
 
 @runtime_checkable
 class UsesTruePose(Protocol):
-    """A driver that an ablation may give the true pose."""
+    """A driver that can use the true pose, for ablation."""
 
     def use_true_pose(self, race: _core.Race | None, track: Track) -> None:
-        """Called once before the first step; after the last without a race."""
+        """Called once before the first step, and with None after the last step."""
 
 
 @runtime_checkable
 class SetsStart(Protocol):
-    """A driver that must know about where it is put down."""
+    """A driver that must know its approximate start position."""
 
     def set_start(self, share: float) -> None:
-        """Called before each race: the share of a lap from the track's start line to the place."""
+        """Called before each race. share: distance from the start line to the start position, as a fraction of a
+        lap."""
 
 
 @dataclass(frozen=True)
 class Preparation:
-    """What a driver that needs a map made of the track before the race.
+    """What a driver prepared before the race, such as a map of the track.
 
-    seconds: of simulated driving and of computing that it took, together; driving, computing: each of them; cached:
-    whether all of it was there from before; given: whatever its `make` wants; it must pickle.
+    driving: simulated driving time [s]; computing: CPU time [s]; seconds: their sum; cached: whether everything came
+    from the cache; given: the input of the driver's `make`; it must be picklable.
     """
 
     seconds: float = 0.0
@@ -81,7 +82,7 @@ class Preparation:
     cached: bool = False
 
     def to_dict(self) -> dict[str, Any]:
-        """As `firstlap race --json` prints it: seconds of simulated driving and of processor time, and remarks."""
+        """As in `firstlap race --json`: simulated driving time [s], CPU time [s], and remarks."""
         return {
             "seconds": round(self.seconds, 3),
             "driving": round(self.driving, 3),
@@ -99,7 +100,7 @@ class CoreHandle:
 
     @property
     def trace(self) -> dict[str, Any]:
-        """What the last step saw and thought, see the driver's header in cpp/firstlap."""
+        """The trace of the last step; its fields are listed in the driver's header in cpp/firstlap."""
         return self.core.trace()  # type: ignore[attr-defined]
 
 
@@ -113,9 +114,9 @@ def _prepare_nothing(
 class DriverKind:
     """One kind of driver.
 
-    new_params: all parameters at their defaults. make: the driver, from its parameters (`Params`), the car and what it
-    prepared. prepare: called once per track, direction, setup and car, before the races. in_python: steps take the GIL,
-    so that races of it run in processes.
+    new_params: creates the parameters at their defaults. make: creates the driver from its parameters, the car and the
+    preparation. prepare: called once per track, direction, setup and car, before the races. in_python: steps hold the
+    GIL, so races run in separate processes.
     """
 
     name: str
@@ -130,7 +131,7 @@ class DriverKind:
 
 
 class TableParams:
-    """Parameters of a driver that is written in Python: the values of its field table."""
+    """Parameters of a driver written in Python: the values of its field table."""
 
     def __init__(self, fields: FieldTable, check: Callable[[Mapping[str, Any]], None] | None = None) -> None:
         self._fields = fields
@@ -142,7 +143,7 @@ class TableParams:
         return self._values[section, name]
 
     def set(self, section: str, name: str, value: float) -> None:
-        """Sets one value. Raises KeyError for an unknown name, ValueError for a value out of its range."""
+        """Sets one value. Raises KeyError for an unknown name, ValueError for a value outside its range."""
         if (section, name) not in self._values:
             raise KeyError(f"{section}.{name}")
         try:
@@ -159,15 +160,15 @@ class TableParams:
         return result
 
     def validate(self) -> None:
-        """Raises ValueError where values contradict each other."""
+        """Raises ValueError if values contradict each other."""
         if self._check:
             self._check(self.values())
 
 
 class Registry(Mapping[str, DriverKind]):
-    """name -> kind, in the order in which they became known.
+    """Driver kinds by name, in the order of registration.
 
-    package: registers our own drivers when it is imported, which is done before the first look.
+    package: imported before the first lookup; it registers our own drivers.
     """
 
     def __init__(self, package: str) -> None:
@@ -175,15 +176,15 @@ class Registry(Mapping[str, DriverKind]):
         self._kinds: dict[str, DriverKind | Callable[[], DriverKind]] = {}
 
     def register(self, kind: DriverKind) -> None:
-        """Makes a driver known, or known anew."""
+        """Registers a driver, or replaces one of the same name."""
         self._kinds[kind.name] = kind
 
     def register_lazily(self, name: str, load: Callable[[], DriverKind]) -> None:
-        """Makes a driver known by its name; the rest of it is loaded when it is asked for."""
+        """Registers a driver by its name; `load` is called at its first lookup."""
         self._kinds[name] = load
 
     def forget(self, name: str) -> None:
-        """Makes a driver unknown."""
+        """Unregisters a driver."""
         del self._kinds[name]
 
     def __getitem__(self, name: str) -> DriverKind:
@@ -210,9 +211,9 @@ DRIVERS = Registry("firstlap.drivers")
 
 
 def driver_kind(name: object, where: str = "--driver") -> DriverKind:
-    """The driver of that name. Raises InputError with the known ones."""
+    """The driver of that name. Raises InputError that lists the known names."""
     if isinstance(name, str) and name in DRIVERS:
         return DRIVERS[name]
     near = difflib.get_close_matches(str(name), list(DRIVERS), n=1, cutoff=0.5)
-    hint = f"did you mean {near[0]}?" if near else f"drivers are {', '.join(DRIVERS)}"
-    raise InputError(f"{where}: '{str(name)[:60]}' is no driver; {hint}")
+    hint = f"did you mean {near[0]}?" if near else f"available: {', '.join(DRIVERS)}"
+    raise InputError(f"{where}: '{str(name)[:60]}' is not a driver; {hint}")

@@ -16,13 +16,13 @@ Values = dict[tuple[str, str], Value]
 """(section, name) -> value."""
 
 
-MOST_NAMED = 20
-"""Names that a message lists at most."""
+MAX_LISTED_NAMES = 20
+"""Maximum number of names in a message."""
 
 
 @dataclass(frozen=True)
 class Field:
-    """One row of a field table: what a parameter is called, means and may be."""
+    """One row of a field table: name, unit, range, default and meaning of a parameter."""
 
     section: str
     name: str
@@ -40,15 +40,15 @@ class Field:
 
     @property
     def range(self) -> str:
-        """The allowed values, for people."""
+        """The allowed values as text."""
         if self.type == "bool":
             return "true or false"
-        kind = "a whole number in " if self.type == "int" else ""
+        kind = "an integer from " if self.type == "int" else ""
         return f"{kind}{self.min:g} to {self.max:g}{' ' + self.unit if self.unit else ''}"
 
 
 class FieldTable:
-    """A field table with look-up by name, and the messages for people who got something wrong."""
+    """A field table with lookup by name and error messages for wrong names and values."""
 
     def __init__(self, rows: Iterable[Mapping[str, Any]]) -> None:
         self.fields = [Field(**row) for row in rows]
@@ -67,13 +67,13 @@ class FieldTable:
         raise InputError(f"{where}: unknown parameter '{name[:60]}'{self._nearest(name)}")
 
     def _nearest(self, name: str, section: str = "") -> str:
-        """The known name that is most alike, in any section, or else what is known (in `section`, if given)."""
+        """A hint: the most similar name in any section, or else the known names (of `section`, if given)."""
         bare = {field.name: field.key for field in self.fields}
         near = difflib.get_close_matches(name, self._by_key, n=1, cutoff=0.6)
         near += [bare[n] for n in difflib.get_close_matches(name.rpartition(".")[2], bare, n=1, cutoff=0.5)]
         names = [field.name for field in self.fields if field.section == section] or list(bare)
-        known = ", ".join(names[:MOST_NAMED]) + (", ..." if len(names) > MOST_NAMED else "")
-        return f" (nearest known: {near[0]})" if near else f" (known are {known})"
+        known = ", ".join(names[:MAX_LISTED_NAMES]) + (", ..." if len(names) > MAX_LISTED_NAMES else "")
+        return f" (did you mean {near[0]}?)" if near else f" (known: {known})"
 
     def check(self, field: Field, value: object, where: str) -> Value:
         """`value` as the type of `field` and within its range. Raises InputError."""
@@ -83,14 +83,14 @@ class FieldTable:
             return bool(number)
         if number is None or isinstance(value, bool):
             kind = "neither true nor false" if field.type == "bool" else "not a number"
-            raise InputError(f"{where}: {field.key} is {shown}, which is {kind}; allowed is {field.range}")
+            raise InputError(f"{where}: {field.key} is {shown}, which is {kind}; allowed: {field.range}")
         whole = field.type == "float" or number == int(number)
         if not (field.min <= number <= field.max and whole):
-            raise InputError(f"{where}: {field.key} is {shown}, outside of what is allowed: {field.range}")
+            raise InputError(f"{where}: {field.key} is {shown}; allowed: {field.range}")
         return number if field.type == "float" else int(number)
 
     def parse_assignment(self, text: str, option: str = "--set", example: str = "k_ang=0.3") -> tuple[Field, Value]:
-        """NAME=VALUE, as of the option --set. Raises InputError."""
+        """Parses NAME=VALUE, as given to --set. Raises InputError."""
         name, equals, value = text.partition("=")
         if not equals or not name.strip() or not value.strip():
             raise InputError(f"{option} {text[:60]}: expected NAME=VALUE, for example {option} {example}")
@@ -104,7 +104,7 @@ class FieldTable:
     def parse(self, text: str, where: str) -> Values:
         """The values in the text of a YAML file; `where` names the file in messages. Raises InputError."""
         if not has_information(text):
-            raise InputError(f"{where}: nothing but comments; expected sections ({', '.join(self.sections)})")
+            raise InputError(f"{where}: contains only comments; expected sections ({', '.join(self.sections)})")
         return self.check_sections(parse_mapping(text, where), where)
 
     def check_sections(self, data: Mapping[Any, Any], where: str) -> Values:
@@ -126,20 +126,20 @@ class FieldTable:
     def _nearest_section(self, name: object) -> str:
         near = difflib.get_close_matches(str(name), self.sections, n=1, cutoff=0.5)
         if near:
-            return f" (nearest known: {near[0]})"
+            return f" (did you mean {near[0]}?)"
         owners = [field.section for field in self.fields if field.name == name]
         if owners:
             return f" ('{name}' belongs under {owners[0]})"
-        return f" (known are {', '.join(self.sections)})"
+        return f" (known: {', '.join(self.sections)})"
 
 
 def has_information(text: str) -> bool:
-    """Whether a YAML text holds more than comments."""
+    """Whether a YAML text contains more than comments."""
     return any(line.split("#")[0].strip(" \t\r-.") for line in text.splitlines())
 
 
 def _number(value: object) -> float | None:
-    """A finite number, also from text as YAML 1.1 leaves it (1e-3); None otherwise."""
+    """A finite number, also from text that YAML 1.1 does not parse as one (1e-3); None otherwise."""
     if isinstance(value, str) and value.strip().lower() in ("true", "false"):
         return float(value.strip().lower() == "true")
     if not isinstance(value, int | float | str):

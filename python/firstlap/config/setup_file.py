@@ -1,4 +1,4 @@
-"""Setups: one YAML file of parameters each, holding what differs from the defaults of the C++ core."""
+"""Setups: YAML files with the parameters that differ from the driver's defaults."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ SETUP_FIELDS = FieldTable(_core.Params.fields())
 
 @dataclass(frozen=True)
 class Setup:
-    """A set of parameters of one driver. Immutable: `with_values` gives a changed copy.
+    """Parameters of one driver. Immutable: `with_values` returns a changed copy.
 
-    given: what the file and the changes after it say; everything else is at its default.
+    given: values set by the file and later changes; all others are at their defaults.
     """
 
     name: str
@@ -35,16 +35,16 @@ class Setup:
 
     @property
     def fields(self) -> FieldTable:
-        """The field table of its driver."""
+        """The field table of the driver."""
         return driver_kind(self.driver).fields
 
     @property
     def title(self) -> str:
-        """For people: "setup race", "gap, setup gap_arena"."""
+        """Driver and setup for output: "setup race", "driver gap, setup gap_arena"."""
         return f"setup {self.name}" if self.driver == LOCAL else f"driver {self.driver}, setup {self.name}"
 
     def with_values(self, values: Mapping[str, Value]) -> Setup:
-        """A copy with e.g. {"k_ang": 0.3, "stanley.k_dist": 1.0}. Raises InputError: name, value, range."""
+        """A copy with e.g. {"k_ang": 0.3, "stanley.k_dist": 1.0}. Raises InputError with name, value and range."""
         new: Values = {}
         for name, value in values.items():
             entry = self.fields.find(name, "setup")
@@ -52,7 +52,7 @@ class Setup:
         return self._with(new, "setup")
 
     def with_assignments(self, assignments: list[str]) -> Setup:
-        """A copy with ["k_ang=0.3", ...], as of the option --set. Raises InputError."""
+        """A copy with ["k_ang=0.3", ...], as given to --set. Raises InputError."""
         new: Values = {}
         for text in assignments:
             entry, value = self.fields.parse_assignment(text)
@@ -65,19 +65,19 @@ class Setup:
         return setup
 
     def with_given(self, values: Values) -> Setup:
-        """A copy with values that a recording asks for; they do not count as changed by a person."""
+        """A copy with values from a recording; they are not recorded as changed by the user."""
         return replace(self, given={**self.given, **values})
 
     def validate(self, where: str, car: _core.Car | None = None) -> None:
-        """Raises InputError where values contradict each other, or the car's."""
+        """Raises InputError if values contradict each other or those of the car."""
         try:
             self.params(car).validate()
         except ValueError as error:
             raise InputError(f"{where}: {error}") from None
 
     def params(self, car: _core.Car | None = None) -> Any:
-        """For its driver (`_core.Params` for local). With a car, what the driver knows of its body and its dynamics
-        replaces what the setup does not say."""
+        """The parameters for the driver (`_core.Params` for local). With a car, its geometry and dynamics are used for
+        `car.*` values that the setup does not set."""
         params: Params = driver_kind(self.driver).new_params()
         told = self if car is None else self.told_of(car)
         for (section, name), value in told.given.items():
@@ -101,41 +101,41 @@ class Setup:
 
 
 def setups_folder() -> Path:
-    """Where our own setups lie: in the installed package, or in the source checkout around it."""
+    """The folder of our own setups, in the installed package or in the source checkout."""
     return data_folder("setups")
 
 
 def list_setups(driver: str | None = None) -> list[str]:
-    """Names of our own setups, sorted; of one driver, or all."""
+    """Names of our own setups, sorted; all, or those of one driver."""
     names = sorted(path.stem for path in setups_folder().glob("*.yaml"))
     return [name for name in names if driver is None or load_setup(name).driver == driver]
 
 
 def load_setup(spec: str | Path, driver: str | None = None) -> Setup:
-    """A setup of ours by its name, or the setup in a YAML file. Raises InputError, also where it is of another driver.
+    """A setup of ours by its name, or the setup in a YAML file. Raises InputError, also if it is for another driver.
 
-    A setup file says whose it is with a line `driver: NAME`; without, it is of `local`.
+    A setup file names its driver with a line `driver: NAME`; without one, it is for `local`.
     """
     setup = _load(spec)
     if driver is not None and setup.driver != driver:
         ours = ", ".join(list_setups(driver)) or "none"
         raise InputError(
-            f"setup {setup.name} ({setup.source}) is for the driver {setup.driver}, not for {driver}; "
-            f"ours for {driver}: {ours}"
+            f"setup {setup.name} ({setup.source}) is for driver {setup.driver}, not for {driver}; "
+            f"available for {driver}: {ours}"
         )
     return setup
 
 
 def choose_setup(driver: str | None, setup: str | Path | Setup | None) -> Setup:
-    """The setup for a driver and a setup of which either may be left out. Raises InputError.
+    """The setup for the given driver and setup, either of which may be None. Raises InputError.
 
-    Neither: local with `sure`. Driver alone: its default setup. Setup alone: whatever driver it is for.
+    Neither: driver local with `sure`. Only a driver: its default setup. Only a setup: the driver named in it.
     """
     if driver is not None:
         driver_kind(driver)
     if isinstance(setup, Setup):
         if driver is not None and setup.driver != driver:
-            raise InputError(f"setup {setup.name} is for the driver {setup.driver}, not for {driver}")
+            raise InputError(f"setup {setup.name} is for driver {setup.driver}, not for {driver}")
         return setup
     if setup is None:
         return load_setup(driver_kind(driver or LOCAL).default_setup, driver)
@@ -150,14 +150,14 @@ def _load(spec: str | Path) -> Setup:
     if path.suffix in (".yaml", ".yml") or (str(spec) and path.exists()):
         return _read(path, path.stem)
     near = difflib.get_close_matches(str(spec), names, n=1, cutoff=0.5)
-    hint = f"did you mean {near[0]}?" if near else f"ours are {', '.join(names)}"
+    hint = f"did you mean {near[0]}?" if near else f"available: {', '.join(names)}"
     raise InputError(f"'{str(spec)[:200]}': no such setup or file; {hint}")
 
 
 def parse_setup(text: str, where: str, name: str | None = None) -> Setup:
     """The setup in the text of a YAML file; `where` names the file in messages. Raises InputError."""
     if not has_information(text):
-        raise InputError(f"{where}: nothing but comments; expected sections ({', '.join(SETUP_FIELDS.sections)})")
+        raise InputError(f"{where}: contains only comments; expected sections ({', '.join(SETUP_FIELDS.sections)})")
     data = dict(parse_mapping(text, where))
     kind = driver_kind(data.pop("driver", LOCAL), f"{where}: driver")
     values = kind.fields.check_sections(data, where)

@@ -1,4 +1,4 @@
-"""Parameters that only Python has: a frozen dataclass is the table, its rows are the fields' metadata."""
+"""Field tables of parameters that exist only in Python, made from the metadata of frozen dataclasses."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ Section = TypeVar("Section")
 
 
 def row(default: Value, unit: str, low: float, high: float, doc: str) -> Any:
-    """A field of a parameter dataclass: default, unit, allowed range, what it is."""
+    """A field of a parameter dataclass: default, unit, allowed range and meaning."""
     kind = type(default).__name__
     return field(default=default, metadata={"unit": unit, "min": low, "max": high, "doc": doc, "type": kind})
 
 
 def table_of(**sections: type) -> FieldTable:
-    """The field table of parameter dataclasses, named by their sections."""
+    """The field table of parameter dataclasses, given by section name."""
     return FieldTable(
         {"section": section, "name": entry.name, "default": entry.default, **entry.metadata}
         for section, kind in sections.items()
@@ -27,12 +27,12 @@ def table_of(**sections: type) -> FieldTable:
 
 
 def from_values(kind: type[Section], section: str, values: Values) -> Section:
-    """The dataclass of a section with what `values` say and its defaults. Values are checked before."""
+    """The dataclass of a section with `values`, which must already be checked, and defaults for all others."""
     return kind(**{name: value for (owner, name), value in values.items() if owner == section})
 
 
 def check_values(table: FieldTable, given: dict[str, object], where: str) -> Values:
-    """Values by name, checked against the table. Raises InputError: name, value, range."""
+    """Values by name, checked against the table. Raises InputError with name, value and range."""
     checked: Values = {}
     for name, value in given.items():
         entry = table.find(name, where)

@@ -1,1 +1,1 @@
-"""How to follow a line: model predictive control."""
+"""Control: model predictive control along a line."""

@@ -1,6 +1,6 @@
-"""Drivers: scan and state in, command out. `DRIVERS` knows them all.
+"""Drivers: scan and state in, command out. `DRIVERS` is their registry.
 
-A driver that is written in Python is registered lazily: what it needs is imported when it is asked for.
+A driver written in Python is registered lazily: its modules are imported at its first use.
 """
 
 from firstlap.config.driver_kind import DRIVERS, DriverKind, Handle, Preparation, driver_kind

@@ -1,4 +1,4 @@
-"""A driver of the registry whose parameters change while it drives, fed with scans in its laser's mount."""
+"""A driver whose parameters can change while it drives, with scans from a LiDAR of any mounting."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from firstlap.perception.scan import LASER, Mount, Scan
 
 
 class Driving:
-    """setup: as of `firstlap race`. car: its body replaces what the setup does not say itself. preparation: of a driver
-    that needs a map, which begins anew with every change. Raises InputError."""
+    """setup: as for `firstlap race`. car: its geometry is used for `car.*` values that the setup does not set.
+    preparation: of a driver that needs a map; such a driver is reset by every change. Raises InputError."""
 
     def __init__(self, setup: Setup, car: Car | None = None, preparation: Preparation | None = None) -> None:
         self.setup = setup
@@ -24,13 +24,13 @@ class Driving:
         self.preparation = preparation or Preparation()
         self.kind = driver_kind(setup.driver)
         if self.kind.needs_map and preparation is None:
-            raise InputError(f"driver {self.kind.name} needs a map of the track: it cannot drive a car that knows none")
+            raise InputError(f"driver {self.kind.name} needs a map of the track and cannot be used without one")
         self.laser: tuple[float, float] | None = None
         self.handle = self._new()
 
     @staticmethod
     def of(driver: str, setup: str) -> Driving:
-        """By names, either may be empty. Raises InputError."""
+        """Makes it from names, either of which may be empty. Raises InputError."""
         return Driving(choose_setup(driver or None, setup or None))
 
     @property
@@ -40,24 +40,24 @@ class Driving:
 
     @property
     def steering_limit(self) -> float:
-        """[rad]"""
+        """Maximum steering angle [rad]."""
         has = "car" in self.kind.fields.sections
         return float(self.setup.get("car.steering_limit") if has else CAR_FIELDS.find("steering_limit", "car").default)
 
     @property
     def laser_given(self) -> tuple[float, float]:
-        """x, y [m] of the laser as the setup says; (0, 0) where its driver has no car."""
+        """x, y [m] of the LiDAR in the setup; (0, 0) if its driver has no car parameters."""
         if "car" not in self.kind.fields.sections:
             return 0.0, 0.0
         x, y = (float(self.setup.get(f"car.{name}")) for name in LASER)
         return x, y
 
     def change(self, values: Mapping[str, Value]) -> None:
-        """New parameters while driving. Raises InputError, and then nothing has changed."""
+        """Changes parameters while driving. Raises InputError without changing anything."""
         self.take(self.setup.with_values(values))
 
     def take(self, setup: Setup) -> None:
-        """Another setup of the same driver while driving. Raises InputError, and then nothing has changed."""
+        """Changes the setup while driving, for the same driver. Raises InputError without changing anything."""
         before, self.setup = self.setup, setup
         try:
             self._apply()
@@ -66,7 +66,7 @@ class Driving:
             raise InputError(str(error)) from None
 
     def mount(self, mount: Mount) -> None:
-        """The laser sits there. Raises InputError where the method's range does not have it."""
+        """Sets the LiDAR's mounting. Raises InputError if it is out of range."""
         if "car" in self.kind.fields.sections:
             for name, value in zip(LASER, (mount.x, mount.y), strict=True):
                 self.kind.fields.check(self.kind.fields.find(f"car.{name}", "laser"), value, "laser")
@@ -90,7 +90,7 @@ class Driving:
         )
 
     def reset(self) -> None:
-        """Forgets everything that was seen."""
+        """Resets the driver's memory."""
         self.handle.core.reset()
 
     def _apply(self) -> None:

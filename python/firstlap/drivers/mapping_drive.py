@@ -1,4 +1,4 @@
-"""A slow lap of the map-less driver in the simulator, and its map, from scans and noisy odometry alone."""
+"""Mapping lap: a slow lap of the map-less driver in the simulator, mapped from scans and noisy odometry."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ HINT = "--set drive.speed=1.5"
 
 
 def slow(setup: Setup, speed: float) -> Setup:
-    """The setup with nothing faster than `speed` [m/s]."""
+    """The setup limited to `speed` [m/s]."""
     v_min = min(float(setup.get("v_min")), 0.6 * speed)
     return setup.with_values({"v_max": speed, "v_min": v_min})
 
 
 class MappingDrive:
-    """The car of a mapping lap: iterate to drive; leave the loop to stop."""
+    """The drive of a mapping lap, as an iterator over observations; leave the loop to stop."""
 
     def __init__(self, track: Track, setup: Setup, car: Car, speed: float, seed: int) -> None:
         self.track = track
@@ -49,7 +49,7 @@ class MappingDrive:
                 scan=lambda: Scan(**self.race.scan()),
             )
             last, time = state, self.race.time
-        raise InputError(f"{self.track.name}: the mapping lap ended in {self._end()}; a slower one may do: {HINT}")
+        raise InputError(f"{self.track.name}: the mapping lap failed: {self._end()}; try a slower one: {HINT}")
 
     def _end(self) -> str:
         found = self.race.result()
@@ -66,7 +66,7 @@ def map_track(
     settings: MapSettings | None = None,
     look: MappingProgress = no_progress,
 ) -> MapResult:
-    """Drives a slow lap in the simulator and maps it, from scans and noisy odometry. Raises InputError."""
+    """Drives a slow lap in the simulator and makes a map from scans and noisy odometry. Raises InputError."""
     load_gtsam()
     settings, car = settings or map_settings(), car or load_car("default")
     drive = MappingDrive(track, setup or load_setup("sure"), car, settings.get("drive.speed"), seed)

@@ -1,4 +1,4 @@
-"""The method from Python: a numpy scan in, a command out."""
+"""The Python interface of the method: numpy scan in, command out."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from firstlap.perception.scan import USUAL_PERIOD
 
 
 class Command(NamedTuple):
-    """What the car is asked for. steering_angle [rad], left positive; speed [m/s]; status: why."""
+    """A command. steering_angle [rad], left positive; speed [m/s]; status: its reason."""
 
     speed: float
     steering_angle: float
@@ -36,17 +36,18 @@ def step_core(
     range_min: float = 0.06,
     range_max: float = 30.0,
 ) -> Command:
-    """One step of any driver of the core; arguments as of `Racer.step`."""
+    """One step of any core driver; arguments as for `Racer.step`."""
     scan = np.ascontiguousarray(ranges, dtype=np.float32).reshape(-1)
     header = (angle_min, angle_increment, time_increment, range_min, range_max)
     return Command(*core.step(scan, speed, yaw_rate, steering_angle, dt, *header))
 
 
 class Racer:
-    """The whole method with its memory: call `step` once per scan."""
+    """The complete method with its memory: call `step` once per scan."""
 
     def __init__(self, setup: str | Setup = "sure", car: Car | None = None) -> None:
-        """setup: a name, a file or a Setup. car: its body replaces what the setup does not say itself."""
+        """setup: a name, a file or a Setup. car: its geometry is used for `car.*` values that the setup does not
+        set."""
         self.setup = choose_setup("local", setup)
         self.core = _core.Racer(self.setup.params(car.core if car else None))
 
@@ -64,14 +65,14 @@ class Racer:
         range_min: float = 0.06,
         range_max: float = 30.0,
     ) -> Command:
-        """One scan in, one command out. Never raises for bad data: the status says what was wrong.
+        """One scan in, one command out. Does not raise for invalid data: the status gives the reason.
 
-        ranges: (beams,) in meters; a contiguous float32 array is not copied. What is not finite or outside of
-            (range_min, range_max) is no return.
+        ranges: (beams,) in meters; a contiguous float32 array is not copied. Values that are not finite or outside of
+            (range_min, range_max) are not returns.
         speed, yaw_rate, steering_angle: measured, m/s, rad/s, rad, left positive.
-        dt: seconds since the scan before.
+        dt: seconds since the previous scan.
         angle_min, angle_increment: of the first beam and between beams, rad; default: 1081 beams over 270 degrees.
-        time_increment: seconds between beams; 0 when all belong to one moment.
+        time_increment: seconds between beams; 0 if all are simultaneous.
         """
         return step_core(
             self.core,
@@ -93,5 +94,5 @@ class Racer:
         return self.core.trace()
 
     def reset(self) -> None:
-        """Forgets everything that was seen."""
+        """Resets the memory."""
         self.core.reset()

@@ -1,1 +1,1 @@
-"""What the car's own measurements are worth."""
+"""Checks of the car's own measurements."""

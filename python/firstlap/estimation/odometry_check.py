@@ -1,8 +1,8 @@
-"""Whether odometry agrees with itself, with the motion of the scans and with the commands. No ROS, no clock.
+"""Checks odometry for consistency with itself, with scan motion and with the commands. No ROS, no clock.
 
-Every witness says how far the car went in each of a row of short steps: the odometry's twist, its poses, the scans, the
-commands. Two of them are compared over the newest steps that hold enough motion: the ratio of one to the other is 1, or
-it names the fault. A delay of a witness is no contradiction: the delay that fits best counts.
+Each source reports the car's motion in a sequence of short steps: the odometry's twist, its poses, the scans, the
+commands. Two sources are compared over the newest steps with enough motion: their ratio is 1, or it identifies the
+fault. A delay is not a contradiction: the best-fitting delay is used.
 """
 
 from __future__ import annotations
@@ -17,49 +17,49 @@ import numpy.typing as npt
 Floats = npt.NDArray[np.float64]
 
 LAGS = (0.0, -0.1, -0.2, 0.1, 0.2, 0.3)
-"""[s] by which odometry may be later than what it is compared with."""
+"""[s] Maximum delay of odometry relative to the reference."""
 MOST_STEPS = 50
-"""Steps that are looked back over at most."""
+"""Maximum number of past steps used."""
 FEWEST_STEPS = 8
 ENOUGH_WAY = 0.6
-"""[m] of motion that a comparison of speeds wants."""
+"""[m] Motion required to compare speeds."""
 ENOUGH_TURN = 0.8
-"""[rad] of turning that a comparison of yaw rates wants."""
+"""[rad] Rotation required to compare yaw rates."""
 SLOW, SLOW_TURN = 0.2, 0.5
-"""[m/s], [rad/s] on average below which offsets, not factors, are what one sees."""
+"""[m/s], [rad/s] Mean below which offsets dominate factors."""
 GROSS = 1.8
-"""Factor between two witnesses, either way, from which on the car must not drive."""
+"""Factor between two sources, in either direction, from which on the car must not drive."""
 NOTABLE = 1.3
-"""Factor that is worth a remark."""
+"""Factor that is reported as a remark."""
 NEAR = 0.25
-"""A ratio this near to a known one, as a share of it, is taken for it."""
+"""Relative difference within which a ratio is identified with a known one."""
 NOTHING = 0.1
-"""A ratio below this is a witness that stands still."""
+"""A ratio below this means that the source reports no motion."""
 STANDS, STANDS_TURN = 0.1, 0.1
-"""[m/s], [rad/s] of a car that stands."""
+"""[m/s], [rad/s] Upper limits for a stationary car."""
 ROLLS = 4.0
-"""Times as much, which no offset of a sensor explains."""
+"""Multiple of those limits that no sensor offset explains."""
 STILL, STILL_TURN = 0.05, 0.05
-"""[m/s], [rad/s] of scans that stand."""
+"""[m/s], [rad/s] Upper limits of the scan motion of a stationary car."""
 WILD_TURN, WILD = 2.0, 5.0
-"""[rad/s] that a yaw rate says, and times what the reference says, which no turn needs to be waited for."""
+"""[rad/s] Yaw rate, and its multiple of the reference, that are reported without waiting for a turn."""
 STANDING_STEPS = STEADY_STEPS = 10
-"""Newest steps over which a car must stand, or commands be steady."""
+"""Number of newest steps in which the car must be stationary, or the commands steady."""
 SIDEWAYS = 0.4
-"""Share of the length of a twist across the car from which on its frame is in doubt."""
+"""Lateral share of a twist above which its frame is checked."""
 FITS, FITS_NOT = 0.2, 0.35
-"""Residual of two motions as a share of their length: they are the same, or they are not."""
+"""Relative residual of two motions: below the first they agree, above the second they differ."""
 NOTABLE_ANGLE, GROSS_ANGLE, BACKWARD = 25.0, 45.0, 160.0
-"""[degrees] between the twist and the scans: worth a remark, not to be driven with, the other way round."""
+"""[degrees] Angle between twist and scan motion: remark, must not drive, opposite direction."""
 STEADY = 0.2
-"""Share by which commanded and measured speed may change while they are compared."""
+"""Relative change of commanded and measured speed up to which they count as steady."""
 COMMANDED = 0.3
-"""[m/s] that must be commanded for it to be compared with what is measured."""
+"""[m/s] Commanded speed required to compare it with the measured speed."""
 UNITS = {
     "speed": (3.6, "km/h instead of m/s"),
     "yaw rate": (math.degrees(1.0), "degrees per second instead of radians"),
 }
-"""The unit that each quantity is most often wrong by: its factor and name."""
+"""The most common wrong unit of each quantity: factor and name."""
 
 SPEED, YAW_RATE = "speed", "yaw rate"
 TWIST, POSES, SCANS, COMMANDS = "the odometry's twist", "its poses", "the scans", "the commands"
@@ -68,10 +68,10 @@ STANDING = "standing"
 
 @dataclass(frozen=True)
 class Odometry:
-    """What the odometry said.
+    """Recorded odometry.
 
     times: (M,) [s], increasing. twist: (M, 3) forward, left [m/s], yaw rate [rad/s]. poses: (M, 3) x, y [m], yaw [rad]
-    in a frame that does not move with the car; None where there are none. turning: what the yaw rate is of.
+    in a fixed frame; None if there are none. turning: the source of the yaw rate.
     """
 
     times: Floats
@@ -82,10 +82,10 @@ class Odometry:
 
 @dataclass(frozen=True)
 class Steps:
-    """Steps of the car in the order of time, by the scans.
+    """Steps of the car by scan matching, in order of time.
 
-    begins, ends: (K,) [s]. motion: (K, 3) forward, left [m], turn [rad] of base_link as seen at the step's begin; NaN
-    where the scans do not tell. commands: (K,) [m/s] commanded at the step's end; NaN where none was.
+    begins, ends: (K,) [s]. motion: (K, 3) forward, left [m], rotation [rad] of base_link in its frame at the beginning;
+    NaN if the scans do not determine it. commands: (K,) [m/s] commanded at the step's end; NaN if there was none.
     """
 
     begins: Floats
@@ -97,7 +97,7 @@ class Steps:
         return len(self.begins)
 
     def part(self, begin: int, end: int) -> Steps:
-        """Those from index `begin` to before `end`."""
+        """The steps from index `begin` to before `end`."""
         part = slice(begin, end)
         return Steps(self.begins[part], self.ends[part], self.motion[part], self.commands[part])
 
@@ -112,18 +112,18 @@ class Contradiction:
 
 
 class Pair(NamedTuple):
-    """What was compared: the quantity and the witness that it was held against."""
+    """A comparison: the quantity and its reference."""
 
     quantity: str
     reference: str
 
 
 Verdicts = dict[Pair, Contradiction | None]
-"""What was judged, and what contradicts; a pair without enough motion is missing."""
+"""The comparisons made and the contradictions found; a pair without enough motion is missing."""
 
 
 class Comparison(NamedTuple):
-    """ratio: of the measured to the reference. measured, reference: [m/s] or [rad/s], means of their sizes."""
+    """ratio: measured over reference. measured, reference: mean magnitudes [m/s] or [rad/s]."""
 
     ratio: float
     measured: float
@@ -131,8 +131,8 @@ class Comparison(NamedTuple):
 
 
 class _Moved(NamedTuple):
-    """(K, 3) forward, left [m], turn [rad] of each step by the twist and by the poses, and as the twist would have it
-    if it were in the frame of the poses; NaN without poses."""
+    """(K, 3) forward, left [m], rotation [rad] of each step by the twist, by the poses, and by the twist interpreted in
+    the frame of the poses; NaN without poses."""
 
     twist: Floats
     poses: Floats
@@ -140,7 +140,7 @@ class _Moved(NamedTuple):
 
 
 def judge(odometry: Odometry, steps: Steps) -> Verdicts:
-    """Everything that the newest steps tell whose odometry is there, late as it may be."""
+    """Compares the newest steps for which odometry is available, allowing for its delay."""
     if len(odometry.times) < 2:
         return {}
     first = int(np.searchsorted(steps.begins, odometry.times[0] - min(LAGS)))
@@ -158,16 +158,16 @@ def judge(odometry: Odometry, steps: Steps) -> Verdicts:
             found = compare(pairs, seconds, quantity)
             if found is not None:
                 verdicts[Pair(quantity, reference)] = _named(quantity, _measured(quantity, odometry), reference, found)
-    _look_at_wild_turns(verdicts, moved, steps, odometry.turning)
-    _look_at_direction(verdicts, moved, steps)
-    _look_at_frame(verdicts, moved)
-    _look_at_standing(verdicts, moved, steps, odometry.turning)
-    _look_at_commands(verdicts, moved[0].twist[:, 0], steps)
+    _check_wild_turns(verdicts, moved, steps, odometry.turning)
+    _check_direction(verdicts, moved, steps)
+    _check_frame(verdicts, moved)
+    _check_standing(verdicts, moved, steps, odometry.turning)
+    _check_commands(verdicts, moved[0].twist[:, 0], steps)
     return _weighed(verdicts)
 
 
 def gross(verdicts: Verdicts) -> str:
-    """Why the car must not drive; empty where nothing gross was found."""
+    """Why the car must not drive; empty if no gross contradiction was found."""
     return next((found.text for found in verdicts.values() if found is not None and found.gross), "")
 
 
@@ -190,16 +190,16 @@ def _moved(odometry: Odometry, steps: Steps, lag: float) -> _Moved:
 
 
 def _seen_from(yaw: Floats, moved: Floats) -> Floats:
-    """(K, 3) motions in a fixed frame as a car of that yaw sees them."""
+    """(K, 3) motions in a fixed frame, rotated into the frame of a car with that yaw."""
     c, s = np.cos(yaw), np.sin(yaw)
     x, y = moved[:, 0], moved[:, 1]
     return np.column_stack([c * x + s * y, -s * x + c * y, moved[:, 2]])
 
 
 def compare(pairs: list[tuple[Floats, Floats]], seconds: Floats, quantity: str) -> Comparison | None:
-    """Holds measured steps against reference steps, one pair for each delay; the delay that fits best counts.
+    """Compares measured with reference steps, one pair per delay; the best-fitting delay is used.
 
-    seconds: (K,) that the steps last. None where there is too little motion of the reference.
+    seconds: (K,) durations of the steps. None if the reference has too little motion.
     """
     best: tuple[float, Comparison] | None = None
     for measured, reference in pairs:
@@ -210,7 +210,7 @@ def compare(pairs: list[tuple[Floats, Floats]], seconds: Floats, quantity: str) 
 
 
 def _regressed(measured: Floats, reference: Floats, seconds: Floats, quantity: str) -> tuple[float, Comparison] | None:
-    """Residual of "they are the same", and the ratio, over the newest steps with enough motion."""
+    """Residual of the hypothesis that both are equal, and the ratio, over the newest steps with enough motion."""
     enough, slow = (ENOUGH_WAY, SLOW) if quantity == SPEED else (ENOUGH_TURN, SLOW_TURN)
     good = np.isfinite(measured) & np.isfinite(reference)
     a, b, dt = measured[good], reference[good], seconds[good]
@@ -240,7 +240,7 @@ def _measured(quantity: str, odometry: Odometry) -> str:
 
 
 def _named(quantity: str, measured: str, reference: str, found: Comparison) -> Contradiction | None:
-    """The fault that a ratio stands for; None where there is none."""
+    """The fault that a ratio indicates; None if there is none."""
     ratio = found.ratio
     if 1.0 / NOTABLE <= ratio <= NOTABLE:
         return None
@@ -264,19 +264,19 @@ def _explained(quantity: str, ratio: float, found: Comparison) -> tuple[str, str
     return "scale", f"a factor of {ratio:.2f}"
 
 
-def _look_at_frame(verdicts: Verdicts, moved: list[_Moved]) -> None:
-    """A twist that fits its poses only where it is taken to be in their frame is in that frame."""
+def _check_frame(verdicts: Verdicts, moved: list[_Moved]) -> None:
+    """Reports a twist that agrees with its poses only if interpreted in their frame."""
     found = [(_unlike(one.twist, one.poses), _unlike(one.turned, one.poses)) for one in moved]
     apart = [(there, turned) for there, turned in found if there is not None and turned is not None]
     if not apart or min(there for there, _ in apart) < FITS_NOT or min(turned for _, turned in apart) > FITS:
         return
-    text = f"{TWIST} does not fit {POSES} but where it is in their frame: it must be in the frame of the car"
+    text = f"{TWIST} agrees with {POSES} only if it is in their frame: it must be in the frame of the car"
     verdicts[Pair(SPEED, POSES)] = Contradiction("frame", text, True)
     verdicts.pop(Pair(SPEED, SCANS), None)  # the same, less clearly said
 
 
 def _unlike(a: Floats, b: Floats) -> float | None:
-    """How far two motions in the plane differ, as a share of the way; None where there is too little of it."""
+    """Relative difference of two planar motions; None if there is too little motion."""
     good = np.isfinite(a[:, :2]).all(axis=1) & np.isfinite(b[:, :2]).all(axis=1)
     a, b = a[good][:, :2], b[good][:, :2]
     reached = int(np.searchsorted(np.cumsum(np.hypot(*b[::-1].T)), ENOUGH_WAY))
@@ -289,8 +289,8 @@ def _unlike(a: Floats, b: Floats) -> float | None:
     return float(apart.sum() - apart[jump]) / rest if rest > 0.0 else None
 
 
-def _look_at_direction(verdicts: Verdicts, moved: list[_Moved], steps: Steps) -> None:
-    """Scans that go another way than the twist, as far: the laser is turned, or the twist is."""
+def _check_direction(verdicts: Verdicts, moved: list[_Moved], steps: Steps) -> None:
+    """Reports scan motion with the length but not the direction of the twist: the LiDAR or the twist is rotated."""
     pair = Pair(SPEED, SCANS)
     twist, scans = moved[0].twist[:, :2], steps.motion[:, :2]
     good = np.isfinite(twist).all(axis=1) & np.isfinite(scans).all(axis=1)
@@ -303,19 +303,19 @@ def _look_at_direction(verdicts: Verdicts, moved: list[_Moved], steps: Steps) ->
     angle = math.degrees(math.atan2(float(sense @ scans[:, 1]), float(sense @ scans[:, 0])))
     if float(np.abs(twist[:, 1]).sum()) > SIDEWAYS * way:
         if found is not None:
-            text = f"{TWIST} goes across the car where {SCANS} go ahead: it must be in the frame of the car"
+            text = f"{TWIST} is lateral where {SCANS} move forward: it must be in the frame of the car"
             verdicts[pair] = Contradiction("frame", text, found.gross)
     elif abs(angle) > BACKWARD and found is not None:
-        text = f"{found.text}, or a laser that looks back and is said to look ahead"
+        text = f"{found.text}, or a LiDAR that points backward"
         verdicts[pair] = Contradiction(found.kind, text, found.gross)
     elif NOTABLE_ANGLE < abs(angle) <= BACKWARD:
         side = "left" if angle > 0.0 else "right"
-        text = f"{TWIST} goes ahead where {SCANS} go {abs(angle):.0f}° to the {side}: is the laser turned so?"
+        text = f"{TWIST} is forward where {SCANS} move {abs(angle):.0f}° to the {side}: is the LiDAR yaw wrong?"
         verdicts[pair] = Contradiction("direction", text, abs(angle) > GROSS_ANGLE)
 
 
-def _look_at_wild_turns(verdicts: Verdicts, moved: list[_Moved], steps: Steps, turning: str) -> None:
-    """Yaw rates far above all that the car does, also where it hardly turns: degrees, mostly."""
+def _check_wild_turns(verdicts: Verdicts, moved: list[_Moved], steps: Steps, turning: str) -> None:
+    """Reports yaw rates far above the reference even if the car hardly turns; mostly degrees per second."""
     last = slice(-STANDING_STEPS, None)
     seconds, told = (steps.ends - steps.begins)[last], moved[0].twist[last, 2]
     for reference, turns in ((SCANS, steps.motion[last, 2]), (POSES, moved[0].poses[last, 2])):
@@ -327,8 +327,8 @@ def _look_at_wild_turns(verdicts: Verdicts, moved: list[_Moved], steps: Steps, t
             verdicts[Pair(YAW_RATE, reference)] = Contradiction("unit", f"{text}: {UNITS[YAW_RATE][1]}?", True)
 
 
-def _look_at_standing(verdicts: Verdicts, moved: list[_Moved], steps: Steps, turning: str) -> None:
-    """A twist that moves while the scans stand. On a stand the wheels do, by command."""
+def _check_standing(verdicts: Verdicts, moved: list[_Moved], steps: Steps, turning: str) -> None:
+    """Reports a twist that moves while the scans do not. On a stand, commanded wheels do."""
     last = slice(-STANDING_STEPS, None)
     seconds, scans = (steps.ends - steps.begins)[last], steps.motion[last]
     if len(scans) < STANDING_STEPS or not np.isfinite(scans).all():
@@ -353,15 +353,15 @@ def _look_at_standing(verdicts: Verdicts, moved: list[_Moved], steps: Steps, tur
 
 
 def _standing(said: str, offset: float, driven: bool) -> Contradiction | None:
-    """offset: in units of what a car that stands may say."""
+    """offset: as a multiple of the limit for a stationary car."""
     if abs(offset) <= 1.0:
         return None
     why = "do the wheels turn on a stand?" if driven else "does the car stand? calibrate the offset"
-    return Contradiction("standing", f"{said} while {SCANS} stand: {why}", abs(offset) > ROLLS and not driven)
+    return Contradiction("standing", f"{said} while {SCANS} do not move: {why}", abs(offset) > ROLLS and not driven)
 
 
-def _look_at_commands(verdicts: Verdicts, twist: Floats, steps: Steps) -> None:
-    """Commanded and measured speed, while both are steady."""
+def _check_commands(verdicts: Verdicts, twist: Floats, steps: Steps) -> None:
+    """Compares commanded and measured speed while both are steady."""
     last = slice(-STEADY_STEPS, None)
     commands, measured = steps.commands[last], (twist / (steps.ends - steps.begins))[last]
     if len(commands) < STEADY_STEPS or not (np.isfinite(commands).all() and np.isfinite(measured).all()):
@@ -384,7 +384,7 @@ def _commanded(told: float, said: float) -> Contradiction | None:
 
 
 def _weighed(verdicts: Verdicts) -> Verdicts:
-    """Where twist and scans agree it is the poses, or the commands, that are wrong: worth a remark and no more."""
+    """Reduces a contradiction to a remark if twist and scans agree: the poses or the commands are wrong."""
     for pair, found in verdicts.items():
         by_scans = Pair(pair.quantity, SCANS)
         agrees = by_scans in verdicts and verdicts[by_scans] is None

@@ -1,1 +1,1 @@
-"""How good drivers, maps and perception are, measured."""
+"""Evaluation of drivers, maps, localization and perception."""

@@ -1,4 +1,4 @@
-"""How fast it is here: timings taken inside C++, with a reference from the same run."""
+"""Benchmarks: timings measured in C++, with a reference from the same run."""
 
 from __future__ import annotations
 

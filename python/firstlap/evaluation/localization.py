@@ -1,4 +1,4 @@
-"""How well a localizer follows a racing car, where the truth is known."""
+"""Accuracy of the localizer on a racing car with known ground truth."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ SCANS_PER_LOOK = 40
 
 @dataclass(frozen=True)
 class Disturbance:
-    """A start that is wrong by `start` [m] and `heading` [rad], in a random direction; and every `every` [s] the car
-    is picked up and set down `kidnap` [m] elsewhere on the map, in the filter's eyes."""
+    """An error of the start pose of `start` [m] and `heading` [rad] in a random direction; and every `every` [s] the
+    filter's pose is displaced by `kidnap` [m], as if the car had been moved."""
 
     start: float = 0.0
     heading: float = 0.0
@@ -37,9 +37,9 @@ class Disturbance:
 
 @dataclass(frozen=True)
 class Followed:
-    """A race and what the localizer said: one entry per scan.
+    """A race and the localizer's estimates: one entry per scan.
 
-    truth, said: (N, 3) poses in the track's frame. lost: (N,). took: (N,) microseconds of processor time of each step.
+    truth, said: (N, 3) poses in the track's frame. lost: (N,). took: (N,) CPU time of each step in microseconds.
     kidnapped: scans before which the filter was displaced.
     """
 
@@ -61,11 +61,11 @@ class Followed:
 
     @property
     def turn(self) -> FloatArray:
-        """(N,) error of the heading [rad], without its sign."""
+        """(N,) absolute error of the heading [rad]."""
         return np.abs(wrap(self.said[:, 2] - self.truth[:, 2]))
 
     def recoveries(self) -> list[float | None]:
-        """Seconds from the start and from each kidnapping until the pose is right and stays right for a second."""
+        """Seconds from the start and from each kidnapping until the pose is correct for at least one second."""
         good = (self.distance < NEAR) & (self.turn < TURNED) & ~self.lost.astype(bool)
         hold = round(1.0 / self.period)
         times: list[float | None] = []
@@ -75,7 +75,7 @@ class Followed:
         return times
 
     def to_dict(self) -> dict[str, Any]:
-        """As `firstlap localize --json` prints it: p50, p95, max of scans that were not lost, m and degrees."""
+        """As in `firstlap localize --json`: p50, p95, max of scans that were not lost, m and degrees."""
         found = ~self.lost.astype(bool)
         recoveries = self.recoveries()
         return {
@@ -110,7 +110,7 @@ def follow(
     scans: int | None = None,
     look: Callable[[_core.Race], object] | None = None,
 ) -> Followed:
-    """Races the map-less driver, and lets a localizer follow from the same scans and noisy odometry.
+    """Races the map-less driver and runs a localizer on the same scans and noisy odometry.
 
     The map's frame is laid on the track's by the best fit of its walls, for measuring only; the localizer gets the
     map's own start. scans: ends the race after so many. Raises InputError.

@@ -1,4 +1,4 @@
-"""How true a map is, where the truth is known."""
+"""Accuracy of maps with known ground truth."""
 
 from __future__ import annotations
 
@@ -39,13 +39,13 @@ class MapError:
 
 
 def true_start(track: Track, car: Car) -> tuple[float, float, float]:
-    """Where base_link truly stands when a race begins, in the track's frame [m, rad]."""
+    """The true pose of base_link at the start of a race, in the track's frame [m, rad]."""
     x, y, yaw = start_race(track, Racer("sure", car), car, laps=1).pose
     return x, y, yaw
 
 
 def check_map(drawn: OccupancyMap, track: Track, start: tuple[float, float, float]) -> MapError:
-    """The map's walls against the track's; start: where the map's frame truly lies, in the track's."""
+    """Compares the map's walls with the track's; start: true pose of the map's frame in the track's frame."""
     walls = walls_of(track)
     points = drawn.wall_points()
     rms_start = _rms(walls.distances(transform(np.array(start), points)))

@@ -16,7 +16,7 @@ NEUTRAL_BAND = 0.15
 
 @dataclass(frozen=True)
 class LimitCheck:
-    """One rule, what came out, what was wanted, and a word of advice where it is broken."""
+    """One rule: its value, its limit, whether it is satisfied, and a remark."""
 
     name: str
     formula: str
@@ -46,7 +46,7 @@ def check_limits(setup: Setup, car: Car) -> list[LimitCheck]:
 
 
 def _neutral(p: dict[str, float]) -> list[LimitCheck]:
-    """In a steady curve the car sits on the line where k_ang (1 + L / wheelbase) = 1."""
+    """In a steady corner the car is on the line if k_ang (1 + L / wheelbase) = 1."""
     if p["stanley.schedule_omega"] > 0.0:
         return [_scheduled(p)]
     return [_neutral_at(p, curvature) for curvature in (0.0, 1.0)]
@@ -71,7 +71,7 @@ def _neutral_at(p: dict[str, float], curvature: float) -> LimitCheck:
 
 
 def _scheduled(p: dict[str, float]) -> LimitCheck:
-    """With the schedule the lookahead is neutral as long as l_max does not cut it."""
+    """With the schedule the lookahead is neutral unless limited by l_max."""
     speed = p["velocity_profile.v_max"]
     k_ang = min(p["stanley.k_ang"], p["stanley.schedule_omega"] * p["car.wheelbase"] / speed)
     wanted = p["car.wheelbase"] * (1.0 / max(k_ang, 0.05) - 1.0)
@@ -83,12 +83,12 @@ def _scheduled(p: dict[str, float]) -> LimitCheck:
         f"1 ± {NEUTRAL_BAND}",
         "",
         abs(value - 1.0) <= NEUTRAL_BAND,
-        f"at v_max k_ang is {k_ang:.2f} and wants L = {wanted:.2f} m; l_max is {p['stanley.l_max']:.2f} m",
+        f"at v_max k_ang is {k_ang:.2f}, neutral is L = {wanted:.2f} m; l_max is {p['stanley.l_max']:.2f} m",
     )
 
 
 def _delay(p: dict[str, float], vehicle: dict[str, float]) -> LimitCheck:
-    """The heading loop crosses over at v k_ang / wheelbase; its phase is lost to delay and servo."""
+    """The heading loop crosses over at v k_ang / wheelbase; delay and servo reduce its phase margin."""
     speed = p["velocity_profile.v_max"]
     k_ang = p["stanley.k_ang"]
     if p["stanley.schedule_omega"] > 0.0:
@@ -103,12 +103,12 @@ def _delay(p: dict[str, float], vehicle: dict[str, float]) -> LimitCheck:
         f"< {PHASE_LIMIT}",
         "",
         value < PHASE_LIMIT,
-        f"T = {delay:.3f} s of delay and servo; holds up to {limit:.1f} m/s",
+        f"T = {delay:.3f} s of delay and servo; satisfied up to {limit:.1f} m/s",
     )
 
 
 def _grip(p: dict[str, float], vehicle: dict[str, float], section: str) -> list[LimitCheck]:
-    """What the speeds of `section` ask for against what the tires have."""
+    """The lateral acceleration of the speeds in `section` must be within the grip of the tires."""
     friction = vehicle["friction"] * min(vehicle["front_d"], vehicle["rear_d"])
     grip = GRIP_SHARE * friction * GRAVITY
     a_y = p[f"{section}.a_y_max"]
@@ -133,13 +133,13 @@ def _grip(p: dict[str, float], vehicle: dict[str, float], section: str) -> list[
             f"< {grip:.2f}",
             "m/s²",
             demand < grip,
-            f"full lock turns with R = {1.0 / tightest:.2f} m; v_min is a promise of R >= {radius:.2f} m",
+            f"turning radius at full lock {1.0 / tightest:.2f} m; v_min requires R >= {radius:.2f} m",
         ),
     ]
 
 
 def _speed_loop(p: dict[str, float], vehicle: dict[str, float]) -> LimitCheck:
-    """The speed step and the speed loop's gain together ask for braking."""
+    """The speed step times the speed loop's gain is the braking it causes."""
     asked = -p["velocity_profile.delta_v_min"] * vehicle["speed_gain"]
     planned = -p["velocity_profile.a_x_min"]
     return LimitCheck(

@@ -1,4 +1,4 @@
-"""Many races at once: how a user learns whether a setup is safe."""
+"""Surveys: many races with one setup."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Run:
 
 @dataclass
 class TrackSummary:
-    """What the races on one track came to."""
+    """Summary of the races on one track."""
 
     spec: str
     length: float
@@ -70,7 +70,7 @@ class TrackSummary:
 
 
 class InterruptedSurveyError(Exception):
-    """The races were stopped from outside."""
+    """The races were interrupted."""
 
 
 class Survey:
@@ -88,7 +88,7 @@ class Survey:
         self._preparations: dict[tuple[str, bool], Preparation] = {}
 
     def drive(self, runs: Iterable[Run], done: Callable[[Run, RaceResult], object] | None = None) -> None:
-        """Drives all runs; `done` is called in this thread after each. Interrupted: what was finished stands."""
+        """Runs all races; `done` is called in this thread after each. If interrupted, finished races are kept."""
         jobs = os.cpu_count() or 1
         if driver_kind(self.setup.driver).in_python:
             processes = RacePool(jobs)
@@ -123,7 +123,7 @@ class Survey:
             pool.shutdown(wait=True, cancel_futures=True)
 
     def _sent(self, pool: RacePool, run: Run) -> Future[Any]:
-        """The race, asked of another process."""
+        """Runs the race in another process."""
         options = {
             "laps": self.laps,
             "seed": run.seed,
@@ -147,7 +147,7 @@ class Survey:
         )
 
     def _prepared(self, run: Run) -> Preparation:
-        """What the driver made of the track, once for all seeds."""
+        """The driver's preparation for the track, once for all seeds."""
         with self._preparing:
             key = run.spec, run.reverse
             if key not in self._preparations:
@@ -161,7 +161,7 @@ class Survey:
             raise InterruptedSurveyError
 
     def to_dict(self) -> dict[str, Any]:
-        """As `firstlap survey --json` prints it."""
+        """As in `firstlap survey --json`."""
         tracks = [summary.to_dict() for summary in self.summaries.values()]
         runs = sum(track["runs"] for track in tracks)
         finished = sum(track["finished"] for track in tracks)

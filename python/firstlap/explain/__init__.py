@@ -1,1 +1,1 @@
-"""One step of a driver, in a picture."""
+"""Plots of single steps of drivers."""

@@ -1,4 +1,4 @@
-"""The picture of one step of the disparity extender: ranges before and after, disparities, the farthest block."""
+"""Plots one step of the disparity extender: ranges before and after the extension, disparities, aim."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def draw_disparity(snapshot: StepSnapshot) -> Figure:
     facts = f"aim {signed(math.degrees(trace['aim']), 1)}°, free {trace['aim_free']:.2f} m"
     for side in ("left", "right"):
         if trace[f"held_{side}"]:
-            facts += f"   no turning {side}: too near"
+            facts += f"   no turning {side}: too close"
     figure, scene, panel = opponents_figure(snapshot, facts)
     angle_panel(panel, "ranges, and after the extension [m]")
     if len(trace["extended"]) == 0:
@@ -64,7 +64,7 @@ def _draw_scene(axes: Axes, snapshot: StepSnapshot, angles: Points) -> None:
     entries = [
         stroke(FREE, "left after the extension", linewidth=8, alpha=0.15),
         stroke(FREE, "farthest block", linewidth=8, alpha=0.35),
-        stroke(BAD, "taken away by extension", linewidth=8, alpha=0.15),
+        stroke(BAD, "removed by the extension", linewidth=8, alpha=0.15),
         stroke(BAD, "nearer end of a disparity", linestyle="none", marker="x", markersize=7, markeredgewidth=2),
     ]
     legend(axes, entries, snapshot)

@@ -1,4 +1,4 @@
-"""The picture of one step of follow the gap: free runs, bubble, aim, arc."""
+"""Plots one step of follow the gap: free runs, bubble, aim, arc."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def draw_gap(snapshot: StepSnapshot) -> Figure:
     aim = f"aim {signed(math.degrees(trace['aim']), 1)}°, free {trace['aim_free']:.2f} m"
     facts = f"{aim}   arc free {trace['arc_free']:.2f} m"
     figure, scene, panel = opponents_figure(snapshot, facts)
-    angle_panel(panel, "how far the car could go [m]")
+    angle_panel(panel, "free distance [m]")
     if len(trace["free"]) == 0:
         return figure
     angles = trace["step"] * (np.arange(len(trace["free"])) - len(trace["free"]) // 2)
@@ -65,7 +65,7 @@ def _draw_scene(axes: Axes, snapshot: StepSnapshot, angles: Points) -> None:
         stroke(FREE, "best run", linewidth=8, alpha=0.35),
         stroke(BAD, "bubble", linewidth=1.4),
         stroke(INK, "arc taken", linestyle=(0, (4, 2))),
-        stroke(BAD, "arc wanted, not free", linestyle=(0, (4, 2))),
+        stroke(BAD, "desired arc, not free", linestyle=(0, (4, 2))),
     ]
     legend(axes, entries, snapshot)
 

@@ -1,4 +1,4 @@
-"""The picture of a step of the map-based driver: the map under the scan, the line, the plan and its margins."""
+"""Plots a step of the map-based driver: map and scan, line, plan and margins."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from firstlap.plots.colors import BAD, FAINT, INK, LEFT, RIGHT
 from firstlap.plots.primitives import colored_line
 
 EVERY = 5
-"""Stages of the plan from one outline of the car to the next."""
+"""Number of stages between two outlines of the car."""
 
 
 def draw_global(snapshot: StepSnapshot) -> Figure:
@@ -46,7 +46,7 @@ def _facts(snapshot: StepSnapshot) -> str:
         where = "pose: the simulator's"
     else:
         where = f"{trace['particles']} particles ± {said['std']:.2f} m, {math.degrees(said['std_yaw']):.1f}°"
-        where += f"   scan on map {100.0 * said['fit']:.0f} %"
+        where += f"   scan match {100.0 * said['fit']:.0f} %"
     return where + (f"   blocked in {trace['blocked_at']:.1f} m" if trace["blocked_at"] is not None else "")
 
 
@@ -90,7 +90,7 @@ def _draw_speeds(axes: Axes, snapshot: StepSnapshot) -> None:
     trace = snapshot.trace
     time = trace["plan_time"]
     axes.set_title("speed over the plan [m/s]", fontsize=11, color=INK, loc="left", pad=8)
-    axes.plot(time, trace["line_speed_ahead"], color=FREE, linewidth=5.0, alpha=0.35, label="of the line there")
+    axes.plot(time, trace["line_speed_ahead"], color=FREE, linewidth=5.0, alpha=0.35, label="of the line")
     axes.plot(time, trace["plan_speed"], color=PATH, linewidth=2.0, label="planned")
     axes.plot(0.0, snapshot.speed, "o", color=RETURN, label="measured")
     axes.set_ylim(0.0, 1.15 * max(float(trace["line_speed_ahead"].max()), float(trace["plan_speed"].max()), 1.0))
@@ -100,11 +100,11 @@ def _draw_speeds(axes: Axes, snapshot: StepSnapshot) -> None:
 def _draw_margins(axes: Axes, snapshot: StepSnapshot) -> None:
     trace = snapshot.trace
     time = trace["plan_time"]
-    axes.set_title("room beside the car on the map [m]", fontsize=11, color=INK, loc="left", pad=8)
+    axes.set_title("lateral clearance on the map [m]", fontsize=11, color=INK, loc="left", pad=8)
     axes.plot(time, trace["left"], color=LEFT, linewidth=1.6, label="left")
     axes.plot(time, trace["right"], color=RIGHT, linewidth=1.6, label="right")
     margin = snapshot.params["mpc"]["margin"]
-    axes.axhline(margin, color=BAD, linewidth=1.0, linestyle=(0, (3, 2)), label="below it a plan pays")
+    axes.axhline(margin, color=BAD, linewidth=1.0, linestyle=(0, (3, 2)), label="margin: penalized below")
     axes.set_ylim(min(0.0, float(min(trace["left"].min(), trace["right"].min()))), None)
     axes.set_xlabel("seconds ahead", fontsize=9.5, color=INK)
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=3, frameon=False, fontsize=9, labelcolor=INK)

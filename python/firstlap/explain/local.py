@@ -1,4 +1,4 @@
-"""The picture of one step; of the method here."""
+"""Plots one step of the map-less method."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ Points = npt.NDArray[np.float64]
 
 
 def draw_local(snapshot: StepSnapshot) -> Figure:
-    """The picture of a step of the method."""
+    """The figure of a step of the method."""
     figure = new_figure(*SIZE)
     scene = figure.add_axes(SCENE)
     _draw_scene(scene, snapshot)
@@ -51,7 +51,7 @@ def draw_local(snapshot: StepSnapshot) -> Figure:
 
 
 def write_head(figure: Figure, snapshot: StepSnapshot, facts: str) -> None:
-    """Title, status, command, what was measured, and a line of facts."""
+    """Writes title, status, command, measured state, and a line of facts."""
     speed, angle, status = snapshot.trace["result"]
     write(figure, 0.02, 0.962, snapshot.title, fontsize=19, fontweight="bold")
     write(figure, 0.02, 0.928, snapshot.subtitle, fontsize=10.5)
@@ -92,7 +92,7 @@ def _draw_scene(axes: Axes, snapshot: StepSnapshot) -> None:
 
 
 def _view(trace: Mapping[str, Any]) -> tuple[float, float, float, float]:
-    """What the scene shows: the car, both walls and the path, as large as they fit."""
+    """The limits of the scene, around the car, both walls and the path."""
     path = np.column_stack([trace["path"]["x"], trace["path"]["y"]])
     seen = np.vstack([[[-1.0, -1.0], [2.0, 1.0]], trace["left"]["points"], trace["right"]["points"], path])
     seen = np.clip(seen, (REACH[0], REACH[2]), (REACH[1], REACH[3]))
@@ -106,7 +106,7 @@ def _view(trace: Mapping[str, Any]) -> tuple[float, float, float, float]:
 
 
 def _draw_points(axes: Axes, trace: Mapping[str, Any]) -> None:
-    """Returns by side; dropped sections gray; remembered walls hollow."""
+    """Draws returns by side, dropped sections in gray, and walls carried over as hollow markers."""
     points, sections = trace["points"], trace["sections"]
     colors = np.full(len(points), DROPPED, dtype=object)
     for i, (first, last, fate) in enumerate(zip(sections["first"], sections["last"], sections["status"], strict=True)):
@@ -122,7 +122,7 @@ def _draw_points(axes: Axes, trace: Mapping[str, Any]) -> None:
 
 
 def _draw_line(axes: Axes, trace: Mapping[str, Any]) -> None:
-    """Width pairs and the centerline, then what smoothing and simplification made of it."""
+    """Draws width pairs and the centerline, and its smoothed and simplified versions."""
     line = trace["line"]
     both = line["support"] == BOTH
     pairs = np.stack([line["right"][both], line["left"][both]], axis=1)
@@ -158,7 +158,7 @@ def _draw_path(axes: Axes, trace: Mapping[str, Any]) -> None:
     line = colored_line(axes, path["x"], path["y"], path["velocity"], 4.5, zorder=6, alpha=0.9)
     bar = axes.inset_axes((0.77, 0.945, 0.2, 0.018))
     bar.set_zorder(20)
-    # Whatever lies there, walls above all, would be read as part of the scale.
+    # Otherwise walls behind the scale could be read as part of it.
     axes.add_patch(
         Rectangle((0.745, 0.9), 0.25, 0.095, transform=axes.transAxes, color=PAPER, alpha=0.85, linewidth=0, zorder=19)
     )
@@ -180,7 +180,7 @@ def _draw_path(axes: Axes, trace: Mapping[str, Any]) -> None:
 
 
 def draw_car(axes: Axes, car: Mapping[str, float], measured: float, commanded: float) -> None:
-    """Outline, wheels at the measured angle, the commanded angle as an arrow from the front axle."""
+    """Draws the outline, wheels at the measured angle, and the commanded angle as an arrow from the front axle."""
     rear, length, width, wheelbase = -car["rear_overhang"], car["length"], car["width"], car["wheelbase"]
     axes.add_patch(
         Rectangle((rear, -width / 2), length, width, facecolor="#ffffffd0", edgecolor=INK, linewidth=1.6, zorder=8)
@@ -217,7 +217,7 @@ def _draw_legend(axes: Axes, snapshot: StepSnapshot) -> None:
         stroke(LINE, "centerline", linewidth=1.2, marker="o", markersize=3),
         stroke(
             INK,
-            "keys that bend least" if bent else "smoothed, joined to the car",
+            "minimum-curvature control points" if bent else "smoothed, joined to the car",
             linewidth=0.9,
             linestyle=(0, (4, 2)),
         ),
@@ -231,7 +231,7 @@ def _draw_legend(axes: Axes, snapshot: StepSnapshot) -> None:
 
 
 def legend_below(axes: Axes, entries: list[Line2D]) -> None:
-    """A scene's legend, below it."""
+    """Draws the legend below a scene."""
     axes.legend(
         handles=entries,
         loc="upper center",
@@ -246,7 +246,7 @@ def legend_below(axes: Axes, entries: list[Line2D]) -> None:
 
 
 def _draw_terms(axes: Axes, snapshot: StepSnapshot) -> None:
-    """The four terms of the steering angle and their sum, in degrees."""
+    """Draws the four terms of the steering angle and their sum, in degrees."""
     terms = snapshot.trace["steering"]
     limit = math.degrees(snapshot.params["car"]["steering_limit"])
     errors = {
@@ -281,7 +281,7 @@ def _draw_terms(axes: Axes, snapshot: StepSnapshot) -> None:
 
 
 def _draw_profile(axes: Axes, snapshot: StepSnapshot) -> None:
-    """The planned speed over the way ahead, with what limits it."""
+    """Draws the planned speed along the path with its limits."""
     path = snapshot.trace["path"]
     limits = snapshot.params["velocity_profile"]
     axes.set_title("speed along the path [m/s]", fontsize=11, color=INK, loc="left", pad=8)
@@ -289,7 +289,7 @@ def _draw_profile(axes: Axes, snapshot: StepSnapshot) -> None:
     for name, spine in axes.spines.items():
         spine.set_visible(name in ("left", "bottom"))
         spine.set_color(FAINT)
-    axes.set_xlabel("metres ahead of the front axle", fontsize=9.5, color=INK)
+    axes.set_xlabel("distance ahead of the front axle [m]", fontsize=9.5, color=INK)
     if len(path["s"]) < 2:
         axes.text(0.5, 0.5, "no path", transform=axes.transAxes, ha="center", fontsize=14, color=BAD)
         return

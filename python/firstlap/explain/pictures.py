@@ -1,4 +1,4 @@
-"""The picture of a step, whichever driver it is of."""
+"""Plots a step of any driver."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ PICTURES: dict[str, Callable[[StepSnapshot], Figure]] = {
     "pid": draw_pid,
     "global": draw_global,
 }
-"""Driver -> what draws a step of it."""
+"""Functions that draw a step, by driver."""
 
 
 def plot_step(snapshot: StepSnapshot, path: str | Path) -> None:
-    """Writes the picture of `snapshot`, in its driver's way. Raises InputError, also for a driver without a picture."""
+    """Writes the plot of `snapshot`. Raises InputError, also for a driver without a plot."""
     draw = PICTURES.get(snapshot.driver)
     if draw is None:
-        raise InputError(f"driver {snapshot.driver}: no picture of a step; drivers with one are {', '.join(PICTURES)}")
+        raise InputError(f"driver {snapshot.driver}: no plot of a step; expected one of {', '.join(PICTURES)}")
     save(draw(snapshot), path)

@@ -1,4 +1,4 @@
-"""The picture of one step of center following: its beams, the walls they tell, the error, the terms."""
+"""Plots one step of PID center following: beams, walls from them, error, terms."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def _draw_scene(axes: Axes, snapshot: StepSnapshot) -> None:
 
 
 def _draw_terms(axes: Axes, snapshot: StepSnapshot) -> None:
-    """The terms of the wheel angle and what was commanded, in degrees."""
+    """Draws the terms of the steering angle and the command, in degrees."""
     trace = snapshot.trace
     values = [math.degrees(trace[key]) for key, _ in TERMS] + [math.degrees(trace["result"][1])]
     reach = max(6.0, *(abs(value) for value in values)) * 1.6
@@ -83,4 +83,4 @@ def _draw_terms(axes: Axes, snapshot: StepSnapshot) -> None:
     axes.set_xticks([])
     for spine in axes.spines.values():
         spine.set_visible(False)
-    axes.set_title("wheel angle: left ← → right", fontsize=10.5, color=INK, loc="right", pad=8)
+    axes.set_title("steering angle: left ← → right", fontsize=10.5, color=INK, loc="right", pad=8)

@@ -1,4 +1,4 @@
-"""What the pictures of the opponents' steps share: the scan around the car, and ranges over angle."""
+"""Shared elements of the step plots of the reactive drivers: the scan around the car, and ranges over angle."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def beam_angles(trace: Any) -> Points:
 
 
 def rays(snapshot: StepSnapshot, angles: Points, ranges: Points) -> Points:
-    """(N, 2) ends of rays from the laser, in base_link [m]."""
+    """(N, 2) ends of rays from the LiDAR, in base_link [m]."""
     return ray_ends(laser_of(snapshot.car), angles, ranges)
 
 
@@ -50,7 +50,7 @@ def opponents_figure(snapshot: StepSnapshot, facts: str) -> tuple[Figure, Axes, 
 
 
 def _frame(axes: Axes, snapshot: StepSnapshot) -> None:
-    """As large as what was seen fits."""
+    """Sets the limits to the extent of the scan."""
     axes.set_aspect("equal")
     seen = np.array([[-1.0, -1.0], [3.0, 1.0]])
     if len(snapshot.trace["ranges"]):
@@ -89,7 +89,7 @@ def end_angle_panel(axes: Axes, view: float, top: float) -> None:
 
 
 def draw_aim(axes: Axes, snapshot: StepSnapshot, angle: float, distance: float, label: str) -> None:
-    """A ray from the laser with a ring at its end."""
+    """Draws a ray from the LiDAR with a ring at its end."""
     ends = rays(snapshot, np.array([angle, angle]), np.array([0.0, distance]))
     axes.plot(*ends.T, color=PATH, linewidth=1.6, zorder=7)
     axes.plot(*ends[1], "o", markersize=12, markerfacecolor="none", markeredgecolor=PATH, markeredgewidth=2.2, zorder=9)
@@ -97,7 +97,7 @@ def draw_aim(axes: Axes, snapshot: StepSnapshot, angle: float, distance: float, 
 
 
 def draw_arc(axes: Axes, snapshot: StepSnapshot, steering_angle: float, length: float, color: str) -> None:
-    """The rear axle's way at a wheel angle [rad] over `length` [m]."""
+    """Draws the path of the rear axle at a steering angle [rad] over `length` [m]."""
     s = np.linspace(0.0, length, 100)
     curvature = math.tan(steering_angle) / snapshot.car["wheelbase"]
     yaw = curvature * s

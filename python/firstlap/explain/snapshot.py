@@ -1,4 +1,4 @@
-"""One step of a driver, ready to be looked at."""
+"""Snapshots of single steps of a driver, for plots."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from firstlap.tracks.track import Track
 
 @dataclass(frozen=True)
 class StepSnapshot:
-    """A step as it happened. Lengths in meters, in base_link; `walls` are the true ones, where known."""
+    """One step. Lengths in meters, in base_link; walls: the true ones, if known."""
 
     title: str
     subtitle: str
@@ -42,17 +42,15 @@ class StepSnapshot:
 
 
 def explain_race(track: Track, setup: Setup, car: Car, at: float, *, seed: int, reverse: bool) -> StepSnapshot:
-    """The step at `at` meters of way from the start line, or the last one where the race ended before.
+    """The step at `at` meters from the start line, or the last one if the race ended earlier.
 
-    The car drives there, so that its memory is as in a race. Raises InputError.
+    The car drives there, so its memory is as in a race. Raises InputError.
     """
     if reverse:
         track = track.reversed()
     if not 0.0 <= at <= 100.0 * track.length:
         furthest = 100.0 * track.length
-        raise InputError(
-            f"--at {at:g}: allowed is 0 to {furthest:.0f} m; a lap of {track.name} is {track.length:.1f} m"
-        )
+        raise InputError(f"--at {at:g}: allowed: 0 to {furthest:.0f} m; a lap of {track.name} is {track.length:.1f} m")
     kind = driver_kind(setup.driver)
     driver = kind.make(setup.params(car.core), car, kind.prepare(track, setup, car, seed, None))
     running = start_race(track, driver, car, laps=int(at // track.length) + 2, seed=seed)
@@ -79,7 +77,7 @@ def explain_race(track: Track, setup: Setup, car: Car, at: float, *, seed: int, 
 
 
 def _way(running: _core.Race) -> float:
-    """Metres along the centerline since the start."""
+    """Distance along the centerline since the start [m]."""
     s, length = running.s, running.track_length
     before_the_line = running.laps_done() == 0 and running.time < 1.0 and s > 0.5 * length
     return float(running.laps_done() * length + s - (length if before_the_line else 0.0))
@@ -95,11 +93,11 @@ def explain_recording(
 ) -> StepSnapshot:
     """The step on scan `index` of a recording (negative: from its end), after the scans before it.
 
-    mask_body: as of `firstlap.evaluation.replay.replay.replay`. Raises InputError.
+    mask_body: as for `firstlap.evaluation.replay.replay.replay`. Raises InputError.
     """
     count = len(recording)
     if not -count <= index < count:
-        raise InputError(f"{recording.source}: has scans 0 to {count - 1}, asked for {index}")
+        raise InputError(f"{recording.source}: no scan {index}; expected 0 to {count - 1}")
     index %= count
     car = car_of(recording, car)
     setup, _, remarks = prepared(recording, setup, mask_body)

@@ -1,1 +1,1 @@
-"""Where the car is on a map: the second of the map-based driver's eyes."""
+"""Localization on a map with a particle filter."""

@@ -1,4 +1,4 @@
-"""The particle filter from Python: a scan and odometry in, a pose on the map out."""
+"""The Python interface of the particle filter: scan and odometry in, pose in the map out."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ LOCALIZER_FIELDS = FieldTable(_core.LocalizerParams.fields())
 
 
 class ScanHeader(NamedTuple):
-    """What belongs to the ranges of a scan, as in sensor_msgs/LaserScan: rad, s, m."""
+    """The header of a scan, as in sensor_msgs/LaserScan [rad, s, m]."""
 
     angle_min: float
     angle_increment: float
@@ -29,10 +29,10 @@ class ScanHeader(NamedTuple):
 class Estimate(NamedTuple):
     """base_link in the map's frame at the end of the sweep: x, y [m], yaw [rad].
 
-    std [m], std_yaw [rad]: spread of the particles round it. fit: share of the scan that lies on the map.
-    searching: something does not fit, the filter looks further round. lost: do not trust the pose; stop.
-    speed_scale: true speed per measured, by how far the car came on the map; command_scale: true speed per commanded,
-    never below 1. Both are exactly 1 where nothing speaks clearly against what is measured.
+    std [m], std_yaw [rad]: standard deviation of the particles. fit: share of the scan that matches the map.
+    searching: the match is poor and the filter widens its search. lost: the pose is unreliable; stop.
+    speed_scale: ratio of true to measured speed, from the distance covered on the map; command_scale: ratio of true to
+    commanded speed, at least 1. Both are exactly 1 unless there is clear evidence of an error.
     """
 
     x: float
@@ -61,7 +61,7 @@ def localizer_params(assignments: list[str] | None = None) -> _core.LocalizerPar
 
 
 class Localizer:
-    """Follows a car on a map: `start` once, then `step` for each scan. The same seed gives the same poses."""
+    """Localizes a car on a map: `start` once, then `step` for each scan. The same seed gives the same poses."""
 
     def __init__(
         self, known: OccupancyMap, car: Car, seed: int = 1, params: _core.LocalizerParams | None = None
@@ -70,7 +70,7 @@ class Localizer:
         self.core = _core.Localizer(known.field(), car.core, params or _core.LocalizerParams(), seed)
 
     def start(self, pose: tuple[float, float, float]) -> Localizer:
-        """base_link is about at (x, y, yaw), see filter.start_radius and start_angle. Returns itself."""
+        """Sets the approximate pose (x, y, yaw) of base_link, see filter.start_radius and start_angle. Returns self."""
         self.core.start(*pose)
         return self
 
@@ -83,18 +83,18 @@ class Localizer:
         dt: float,
         header: ScanHeader,
     ) -> Estimate:
-        """One scan in, one pose out, without the GIL. Never raises for bad data; the estimate says lost.
+        """Estimates the pose from one scan; releases the GIL. Does not raise for invalid data; the estimate is lost.
 
         ranges: (beams,) float32, contiguous, not copied. speed, yaw_rate, steering_angle: measured at the end of the
-        sweep, m/s, rad/s, rad. dt: seconds since the scan before.
+        sweep, m/s, rad/s, rad. dt: seconds since the previous scan.
         """
         return Estimate(*self.core.step(ranges, speed, yaw_rate, steering_angle, dt, *header))
 
     def commanded(self, speed: float) -> None:
-        """The speed command [m/s] that was given after the last step: without it `command_scale` stays 1."""
+        """Sets the speed command [m/s] given after the last step; without it `command_scale` stays 1."""
         self.core.commanded(speed)
 
     def predict(self, at: Estimate, speed: float, yaw_rate: float, time: float) -> tuple[float, float, float]:
-        """The pose `time` seconds after the estimate: where a command meets the car that computing has delayed."""
+        """The predicted pose `time` seconds after the estimate, to compensate for latency."""
         x, y, yaw = self.core.predict(at.x, at.y, at.yaw, speed, yaw_rate, time)
         return x, y, yaw

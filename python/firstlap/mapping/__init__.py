@@ -1,1 +1,1 @@
-"""From scans and odometry to an occupancy map: the first of the map-based driver's eyes."""
+"""Makes an occupancy map from scans and odometry."""

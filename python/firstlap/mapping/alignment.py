@@ -1,4 +1,4 @@
-"""Where a map's frame lies among true walls: the best rigid fit."""
+"""Aligns a map with true walls by the best rigid fit."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ FAR = 0.3
 
 
 def align(drawn: OccupancyMap, track: Track, start: tuple[float, float, float]) -> FloatArray:
-    """(3,) pose of the map's frame in the track's by the best rigid fit of its walls, near where `start` (base_link
-    in the track's frame) lays it."""
+    """(3,) pose of the map's frame in the track's frame by the best rigid fit of the walls, near the initial guess from
+    `start` (base_link in the track's frame)."""
     known = np.array(drawn.start or (0.0, 0.0, 0.0))
     first = compose(np.array(start), between(known, np.zeros(3)))
     at_start = transform(first, drawn.wall_points())
@@ -23,7 +23,7 @@ def align(drawn: OccupancyMap, track: Track, start: tuple[float, float, float]) 
 
 
 def walls_of(track: Track) -> Walls:
-    """What of a track a LiDAR sees."""
+    """The walls of a track that are visible to a LiDAR."""
     seen = [wall for wall, visible in zip(track.walls, track.visible, strict=True) if visible]
     return Walls(np.vstack([np.hstack([wall[:-1], wall[1:]]) for wall in seen]))
 
@@ -36,19 +36,19 @@ class Walls:
         self._tree = shapely.STRtree(shapely.linestrings(segments.reshape(-1, 2, 2)))
 
     def nearest(self, points: FloatArray) -> FloatArray:
-        """(N, 2) the nearest point of a wall to each."""
+        """(N, 2) the nearest wall point of each point."""
         a, b = np.split(self._segments[self._tree.nearest(shapely.points(points))], 2, axis=1)
         along = b - a
         t = np.sum((points - a) * along, axis=1) / np.maximum(np.sum(along**2, axis=1), 1e-12)
         return np.asarray(a + np.clip(t, 0.0, 1.0)[:, None] * along)
 
     def distances(self, points: FloatArray) -> FloatArray:
-        """(N,) of the points (N, 2) from the nearest wall [m]."""
+        """(N,) distance [m] of each of the points (N, 2) from the nearest wall."""
         return np.hypot(*(points - self.nearest(points)).T)
 
 
 def _best_fit(points: FloatArray, walls: Walls) -> FloatArray:
-    """(3,) the rigid motion that brings the points onto the walls, in least squares; strays do not pull."""
+    """(3,) the rigid motion that fits the points to the walls by robust least squares."""
     pose = np.zeros(3)
     sample = points[:: max(1, len(points) // 20_000)]
     for _ in range(ROUNDS):
@@ -65,7 +65,7 @@ def _best_fit(points: FloatArray, walls: Walls) -> FloatArray:
 
 
 def _normal_step(points: FloatArray, away: FloatArray) -> FloatArray:
-    """(3,) one Gauss-Newton step along the directions in which the walls lie."""
+    """(3,) one Gauss-Newton step of the point-to-wall distances."""
     distance = np.hypot(*away.T)
     normal = away / np.maximum(distance, 1e-9)[:, None]
     jacobian = np.column_stack([normal, normal[:, 1] * points[:, 0] - normal[:, 0] * points[:, 1]])

@@ -1,4 +1,4 @@
-"""What a recording's scans, odometry and commands contradict each other in, for every command that reads one."""
+"""Contradictions between a recording's scans, odometry and commands, for all commands that read recordings."""
 
 from __future__ import annotations
 
@@ -9,6 +9,6 @@ from firstlap.recordings import Recording
 
 
 def contradictions(recording: Recording, car: Car) -> tuple[str, ...]:
-    """One line each; none where all agree. car: the laser is taken to sit as the recording says, else as the car has
-    it. Raises InputError where no car has it there."""
+    """One line per contradiction. car: its LiDAR mounting is used if the recording has none. Raises InputError if the
+    recorded mounting is out of range."""
     return (*remarks_of(recording, car), *remarks_on_direction(recording, car))

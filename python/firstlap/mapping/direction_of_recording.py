@@ -1,4 +1,4 @@
-"""Which way is ahead: by the commanded speed of a recording, and by its scans."""
+"""Compares the direction of travel by a recording's commanded speed with that by its scans."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from firstlap.recordings.laser import OPTION
 from firstlap.tracks.track import FloatArray
 
 COMMANDED = "commands"
-"""How `Recording.sources` begins where the speed is the commanded one; a measured one is judged with the odometry."""
+"""Prefix of `Recording.sources` for commanded speeds; measured speeds are checked with the odometry."""
 
 
 def remarks_on_direction(recording: Recording, car: Car) -> tuple[str, ...]:
-    """One line where the car goes another way by its scans than by its commands: the laser is mounted otherwise."""
+    """One line if the directions by scans and by commands differ: the LiDAR is mounted differently."""
     source = recording.sources.get("speed", "none")
     if not source.startswith(COMMANDED):
         return ()
     told, seen = _motions(recording, car)
-    # Summed up, noise and what the commands lag behind are small.
+    # In the sum, noise and the delay of the commands are small.
     way, motion = float(np.abs(told).sum()), np.sign(told) @ seen
     went = float(np.hypot(*motion))
     if len(told) < FEWEST_STEPS or min(way, went) < ENOUGH_WAY or not 1.0 / GROSS < went / way < GROSS:
@@ -34,13 +34,13 @@ def remarks_on_direction(recording: Recording, car: Car) -> tuple[str, ...]:
     mounted = 0.0 if recording.laser is None else math.degrees(recording.laser.yaw)
     yaw = math.remainder(mounted - angle, 360.0)
     return (
-        f"the car drives ahead by its {source}, and {abs(angle):.0f}° to the {'left' if angle > 0.0 else 'right'} of "
-        f"that by its scans: is the laser mounted otherwise? {OPTION} X,Y,YAW says how, here with a yaw near {yaw:.0f}",
+        f"the car drives forward by its {source}, but {abs(angle):.0f}° to the {'left' if angle > 0.0 else 'right'} of "
+        f"that by its scans: is the LiDAR mounted differently? Set {OPTION} X,Y,YAW, here with a yaw near {yaw:.0f}",
     )
 
 
 def _motions(recording: Recording, car: Car) -> tuple[FloatArray, FloatArray]:
-    """(K,) way by speed and (K, 2) motion ahead and to the left by scans [m], over the steps that tell both."""
+    """(K,) distance by speed and (K, 2) forward and left motion by scans [m], for the steps that have both."""
     dts = np.diff(recording.stamps, prepend=recording.stamps[0])
     way = np.cumsum(recording.speed * dts)
     told, seen = [np.zeros(0)], [np.zeros((0, 2))]

@@ -1,4 +1,4 @@
-"""From observations to a map: match, close the loop, draw."""
+"""Makes a map from observations: matching, loop closure, drawing."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ ROUNDS = 2  # a second, from better poses and with odometry's scale known
 
 
 class MappingProgress(Protocol):
-    """TraceHeader what is being done, how much of it is done, and of how much in all."""
+    """Called with the current activity, the amount done and the total."""
 
     def __call__(self, what: str, done: float, total: float) -> object: ...
 
 
 def no_progress(what: str, done: float, total: float) -> None:
-    """For callers that do not watch."""
+    """Ignores the progress."""
 
 
 @dataclass(frozen=True)
 class MapResult:
-    """A map and how it came about. poses: (N, 3) of the kept scans, in the map's frame; before: before the loop
-    was closed. traveled: [m] by odometry."""
+    """A map and its keyframes. poses: (N, 3) of the keyframes in the map's frame; before: their poses before the loop
+    was closed. traveled: distance by odometry [m]."""
 
     map: OccupancyMap
     poses: FloatArray
@@ -45,7 +45,7 @@ class MapResult:
     odometry_scale: float
 
     def to_dict(self) -> dict[str, Any]:
-        """As `firstlap map --json` prints it."""
+        """As in `firstlap map --json`."""
         rows, columns = self.map.cells.shape
         moved = np.hypot(*(self.poses - self.before)[:, :2].T)
         return {
@@ -75,7 +75,7 @@ def map_observations(
     settings: MapSettings | None = None,
     look: MappingProgress = no_progress,
 ) -> MapResult:
-    """Maps what was recorded. name: for messages; total: number of scans. Raises InputError."""
+    """Makes a map from observations. name: for messages; total: number of scans. Raises InputError."""
     load_gtsam()
     mapper = Mapper(settings or map_settings(), car.core)
 
@@ -91,7 +91,7 @@ def map_observations(
 
 
 def finish(mapper: Mapper, laser: tuple[float, float], look: MappingProgress = no_progress) -> MapResult:
-    """Pose graph and drawing, after the last scan. Raises InputError."""
+    """Optimizes the pose graph and draws the map, after the last scan. Raises InputError."""
     count = len(mapper.keyframes)
     before = np.array([keyframe.pose for keyframe in mapper.keyframes])
     poses, scale, edges = before, 1.0, []
@@ -105,7 +105,7 @@ def finish(mapper: Mapper, laser: tuple[float, float], look: MappingProgress = n
 
 
 def mapped(mapper: Mapper, observations: Iterable[Observation], going: Callable[[Mapper], bool]) -> Mapper:
-    """The mapper with the observations added, as long as `going` says so."""
+    """The mapper after adding observations while `going` returns true."""
     for seen in observations:
         mapper.add(seen)
         if not going(mapper):
@@ -114,16 +114,16 @@ def mapped(mapper: Mapper, observations: Iterable[Observation], going: Callable[
 
 
 def no_loop(mapper: Mapper) -> str:
-    """Why there is no map, for people."""
+    """The message for a drive without a loop closure."""
     if not mapper.keyframes:
         return "no scans"
     end = mapper.keyframes[-1].pose
     if mapper.poor > 0.2 * len(mapper.keyframes):
         return (
-            f"{mapper.poor} of {len(mapper.keyframes)} scans match nothing before them, and no loop closes; expected "
-            "scans of walls, dense enough to see their direction (beams less than about 4 degrees apart)"
+            f"{mapper.poor} of {len(mapper.keyframes)} scans match no earlier one, and no loop was closed; expected "
+            "scans of walls with beams less than about 4 degrees apart"
         )
     return (
-        f"no loop closes in {mapper.traveled:.1f} m: the last scan lies {np.hypot(end[0], end[1]):.1f} m from the "
-        "first; expected a drive that passes where it has been, in the same direction, for some metres"
+        f"no loop was closed in {mapper.traveled:.1f} m: the last scan is {np.hypot(end[0], end[1]):.1f} m from the "
+        "first; expected a drive that revisits its beginning in the same direction for some meters"
     )

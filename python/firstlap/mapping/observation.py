@@ -1,4 +1,4 @@
-"""What a mapper sees: scans, and odometry between them."""
+"""The input of the mapper: scans, and odometry between them."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from firstlap.tracks.track import FloatArray
 class Observation:
     """One scan and the measured state at its end.
 
-    motion: (3,) base_link now as seen from base_link at the scan before, from odometry alone.
-    scan: gives the sweep; asked for only when it is needed.
+    motion: (3,) pose of base_link in its frame at the previous scan, from odometry alone.
+    scan: returns the sweep; called only when needed.
     """
 
     time: float
@@ -27,6 +27,6 @@ class Observation:
 
 
 def motion_of(speed: float, yaw_rate: float, dt: float) -> FloatArray:
-    """(3,) where base_link is after dt seconds, as seen from before: along an arc."""
+    """(3,) pose of base_link after dt seconds in its frame before, along an arc."""
     turn = yaw_rate * dt
     return np.array([speed * dt * np.cos(0.5 * turn), speed * dt * np.sin(0.5 * turn), turn])

@@ -1,4 +1,4 @@
-"""The occupancy map: drawn from placed scans, written as map_server writes it."""
+"""The occupancy map: drawn from scans at known poses, written in map_server's format."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from firstlap.tracks.track import FloatArray
 FREE, OCCUPIED, UNKNOWN = 0, 1, 2
 GRAY = np.array([254, 0, UNKNOWN_GRAY], dtype=np.uint8)
 GAP = 0.02
-"""[m^2] up to which an unknown place among free ones is free."""
+"""[m^2] Maximum area of an unknown region surrounded by free cells that becomes free."""
 MAP_SUFFIXES = (".yaml", ".yml")
 
 
@@ -31,8 +31,8 @@ MAP_SUFFIXES = (".yaml", ".yml")
 class OccupancyMap:
     """cells (rows, columns): FREE, OCCUPIED or UNKNOWN; row 0 is the lowest.
 
-    origin: (x, y, yaw) of the lower left corner in the map's frame [m, rad]. start: where base_link stands at the
-    start of a race and which way it looks, if it is known. Our own maps have it at (0, 0, 0).
+    origin: (x, y, yaw) of the lower left corner in the map's frame [m, rad]. start: pose of base_link at the start of a
+    race, if known; (0, 0, 0) in our own maps.
     """
 
     cells: npt.NDArray[np.uint8]
@@ -48,7 +48,7 @@ class OccupancyMap:
         return transform(np.array(self.origin), centers)
 
     def field(self) -> _core.LikelihoodField:
-        """Distances to its walls, for a localizer. Raises InputError for a map without walls."""
+        """The distance field of the walls, for a localizer. Raises InputError for a map without walls."""
         occupied = np.ascontiguousarray(self.cells == OCCUPIED, dtype=np.uint8)
         try:
             return _core.LikelihoodField(occupied, self.resolution, self.origin)
@@ -65,7 +65,7 @@ def draw_map(
 ) -> OccupancyMap:
     """The map of scans at poses (N, 3). Raises InputError.
 
-    laser: x, y in base_link [m]. look: told the number of each scan drawn.
+    laser: x, y in base_link [m]. look: called with the index of each scan drawn.
     """
     reach, resolution = settings.get("grid.range_use"), settings.get("grid.resolution")
     corners = np.vstack(
@@ -93,10 +93,10 @@ def draw_map(
 
 
 def without_gaps(cells: npt.NDArray[np.uint8], resolution: float) -> npt.NDArray[np.uint8]:
-    """Cells (rows, columns) with small unknown places among nothing but free ones made free.
+    """Cells (rows, columns) in which small unknown regions surrounded by free cells are free.
 
-    Beams that return nothing draw nothing: a few cells far down a straight stay unmet, where a wall would have been
-    seen.
+    Beams without a return are not drawn, so a few cells on long straights remain unknown although a wall there would
+    have been detected.
     """
     from scipy import ndimage
 
@@ -110,7 +110,8 @@ def without_gaps(cells: npt.NDArray[np.uint8], resolution: float) -> npt.NDArray
 
 
 def write_map(drawn: OccupancyMap, path: str | Path) -> Path:
-    """Writes PATH (YAML) and the picture beside it (PGM), both or none. The picture's path. Raises InputError."""
+    """Writes `path` (YAML) and the image next to it (PGM), both or neither. Returns the image's path. Raises
+    InputError."""
     path = check_writable(path, MAP_SUFFIXES)
     picture = path.with_suffix(".pgm")
     rows, columns = drawn.cells.shape
@@ -127,7 +128,7 @@ def write_map(drawn: OccupancyMap, path: str | Path) -> Path:
     ]
     if drawn.start is not None:
         lines += [
-            "# base_link at the start, x, y, yaw: where a lap begins and which way round it goes.",
+            "# base_link at the start, x, y, yaw: start line and direction of travel.",
             "starting_positions:",
             f"  - [{', '.join(f'{round(value, 6) + 0.0:g}' for value in drawn.start)}]",
         ]
@@ -141,7 +142,7 @@ def write_map(drawn: OccupancyMap, path: str | Path) -> Path:
 
 
 def read_map(path: str | Path) -> OccupancyMap:
-    """Any ROS map (YAML and image) as cells. Raises InputError."""
+    """Reads any ROS map (YAML and image). Raises InputError."""
     path = Path(path)
     header = parse_ros_map_yaml(read_text(path), str(path))
     gray = read_gray(path.parent / header.image, header.mode)

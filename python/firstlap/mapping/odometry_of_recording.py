@@ -1,4 +1,4 @@
-"""What contradicts what in a recording: its odometry, its scans, its commands."""
+"""Checks a recording's odometry against its scans and commands."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from firstlap.recordings import Recording
 from firstlap.recordings.laser import car_of
 
 STRIDE = 5
-"""Steps between two judgments."""
+"""Steps between two checks."""
 FEWEST = 5
-"""Judgments of one kind that make a remark."""
+"""Number of checks with the same result required for a remark."""
 SHARE = 0.1
-"""And the share of all judgments of the same two witnesses that they must be."""
+"""Share of all checks of the same two sources required for a remark."""
 LONGEST = 120.0
-"""[s] that are looked at; of a longer recording, so much in pieces spread over it."""
+"""[s] Duration that is checked; of a longer recording, in pieces spread over it."""
 PIECES = 8
 MEASURED = "odometry"
-"""How `Recording.sources` begins where the speed was measured."""
+"""Prefix of `Recording.sources` for measured speeds."""
 
 
 def remarks_of(recording: Recording, car: Car) -> tuple[str, ...]:
-    """One line for each contradiction; none where all agree, or where nothing was measured of the car's motion."""
+    """One line per contradiction; none if the car's motion was not measured."""
     if not recording.sources.get("speed", "none").startswith(MEASURED):
         return ()
     odometry = odometry_of(recording)
@@ -39,11 +39,11 @@ def remarks_of(recording: Recording, car: Car) -> tuple[str, ...]:
         for last in range(STRIDE, len(steps) + 1, STRIDE):
             for pair, verdict in judge(odometry, steps.part(0, last)).items():
                 found[pair].append((float(steps.ends[last - 1]), verdict))
-    return tuple(text for verdicts in found.values() if (text := _told(verdicts)))
+    return tuple(text for verdicts in found.values() if (text := _most_frequent(verdicts)))
 
 
 def pieces(duration: float) -> Iterator[tuple[float, float]]:
-    """(begin, end) [s] of what is looked at."""
+    """(begin, end) [s] of the pieces that are checked."""
     if duration <= LONGEST:
         yield 0.0, duration
         return
@@ -52,23 +52,23 @@ def pieces(duration: float) -> Iterator[tuple[float, float]]:
         yield float(begin), float(begin) + length
 
 
-def _told(verdicts: list[tuple[float, Contradiction | None]]) -> str:
-    """What two witnesses contradict each other in most often, if that is often enough, in the words of one judgment."""
+def _most_frequent(verdicts: list[tuple[float, Contradiction | None]]) -> str:
+    """The most frequent contradiction between two sources, if it is frequent enough, as text."""
     kinds: dict[str, list[tuple[float, str]]] = defaultdict(list)
     for time, verdict in verdicts:
         if verdict is not None:
             kinds[verdict.kind].append((time, verdict.text))
     if not kinds:
         return ""
-    # A twist in a fixed frame looks like any other fault by turns.
+    # A twist in a fixed frame looks like one fault after the other as the car turns.
     most = kinds["frame"] if len(kinds["frame"]) >= FEWEST else max(kinds.values(), key=len)
     time, text = most[len(most) // 2]
     often = len(most) >= max(FEWEST, SHARE * len(verdicts))
-    return f"{text} (at {time:.1f} s, and so in {len(most)} of {len(verdicts)} comparisons)" if often else ""
+    return f"{text} (at {time:.1f} s, and in {len(most)} of {len(verdicts)} comparisons)" if often else ""
 
 
 def odometry_of(recording: Recording) -> Odometry | None:
-    """The recorded odometry at the scans; None where there is too little of it."""
+    """The recorded odometry at the scans; None if there is too little."""
     if len(recording) < 2:
         return None
     lateral = np.zeros(len(recording)) if recording.lateral_speed is None else recording.lateral_speed

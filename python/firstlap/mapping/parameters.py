@@ -1,4 +1,4 @@
-"""The parameters of mapping, from the field tables of cpp/firstlap/maps/params.hpp."""
+"""The parameters of mapping, from the field tables of cpp/firstlap/mapping/params.hpp."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ MAP_FIELDS = FieldTable(_core.MapParams.fields())
 
 @dataclass(frozen=True)
 class MapSettings:
-    """All parameters of mapping. `changed` holds what differs from the defaults."""
+    """All parameters of mapping. changed: values that differ from the defaults."""
 
     core: _core.MapParams
     changed: dict[str, Value]
 
     def get(self, key: str) -> float:
-        """One value by section.name."""
+        """The value of section.name."""
         section, _, name = key.partition(".")
         return float(self.core.get(section, name))  # type: ignore[arg-type]
 

@@ -1,4 +1,4 @@
-"""The picture of a map: cells, the way that was driven, and where the loop closed."""
+"""Plots a map: cells, driven path and loop closure."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from firstlap.plots.primitives import bare, new_figure, save
 
 
 def plot_map(result: MapResult, path: str | Path, title: str, details: str) -> None:
-    """Writes the picture. Raises InputError."""
+    """Writes the plot. Raises InputError."""
     drawn = result.map
     known_rows, known_columns = (np.flatnonzero((drawn.cells != UNKNOWN).any(axis=axis)) for axis in (1, 0))
     rows, columns = drawn.cells.shape
@@ -31,7 +31,7 @@ def plot_map(result: MapResult, path: str | Path, title: str, details: str) -> N
         drawn.cells, cmap=colors, vmin=0, vmax=2, origin="lower", extent=extent, interpolation="nearest", zorder=0
     )
     axes.plot(*result.before[:, :2].T, color=FAINT, linewidth=1.0, label="before the loop was closed", zorder=2)
-    axes.plot(*result.poses[:, :2].T, color=LEFT, linewidth=1.4, label="the way driven", zorder=3)
+    axes.plot(*result.poses[:, :2].T, color=LEFT, linewidth=1.4, label="driven path", zorder=3)
     ends = [[result.poses[edge.first, :2], result.poses[edge.last, :2]] for edge in result.mapper.loops]
     for number, pair in enumerate(ends):
         label = "same place" if number == 0 else None

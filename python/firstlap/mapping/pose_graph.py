@@ -1,4 +1,4 @@
-"""The pose graph: all matches and odometry at once, by gtsam."""
+"""Pose-graph optimization of all matches and odometry, with gtsam."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from firstlap.common.errors import InputError, missing_extra
 from firstlap.mapping.slam import Edge, Mapper
 from firstlap.tracks.track import FloatArray
 
-ROBUST = 3.0  # standard deviations beyond which a match counts for less
+ROBUST = 3.0  # standard deviations beyond which a match is downweighted
 
 
 def load_gtsam() -> Any:
-    """The module. Raises InputError where the extra is missing."""
+    """The gtsam module. Raises InputError if the extra is not installed."""
     try:
         import gtsam
     except ImportError:
@@ -23,9 +23,9 @@ def load_gtsam() -> Any:
 
 
 def optimize(mapper: Mapper, edges: list[Edge], poses: FloatArray, scale: float) -> FloatArray:
-    """(N, 3) poses of the keyframes that agree best with matches, loops and odometry; the first stays at 0.
+    """(N, 3) optimal poses of the keyframes given matches, loops and odometry; the first stays at 0.
 
-    poses: (N, 3) to begin with. scale: of odometry's way.
+    poses: (N, 3) initial values. scale: of the odometry's distance.
     """
     gtsam = load_gtsam()
     graph, values = gtsam.NonlinearFactorGraph(), gtsam.Values()

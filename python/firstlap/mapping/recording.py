@@ -1,4 +1,4 @@
-"""Recordings as what a mapper sees: scans, and odometry from the recorded speed and yaw rate."""
+"""Recordings as input of the mapper: scans, and odometry from the recorded speed and yaw rate."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from firstlap.tracks.track import FloatArray
 
 
 def check_odometry(recording: Recording) -> None:
-    """Raises InputError where nothing was recorded of how the car moved."""
+    """Raises InputError if the recording has no motion of the car."""
     if recording.sources.get("speed", "none") == "none" and _odometry(recording) is None:
         raise InputError(
             f"{recording.source}: no odometry; a map needs the car's speed and yaw rate, or its Ackermann commands"
@@ -23,7 +23,7 @@ def check_odometry(recording: Recording) -> None:
 
 
 def observations(recording: Recording) -> Iterator[Observation]:
-    """One after the other. Poses count only where they are odometry's, never where they are a map's."""
+    """Yields the observations. Recorded poses are used only if they are from odometry, not from a map."""
     poses = _odometry(recording)
     motions = _from_states(recording) if poses is None else np.vstack([np.zeros(3), between(poses[:-1], poses[1:])])
     for i in range(len(recording)):
@@ -37,7 +37,7 @@ def observations(recording: Recording) -> Iterator[Observation]:
 
 
 def _odometry(recording: Recording) -> FloatArray | None:
-    """(N, 3) poses by odometry, where the recording has them."""
+    """(N, 3) odometry poses, if the recording has them."""
     return recording.poses if recording.odometry is None and recording.frame == "odom" else recording.odometry
 
 

@@ -1,4 +1,4 @@
-"""How the car moved, from its scans alone: steps that odometry can be held against."""
+"""The car's motion from its scans alone, as a reference for odometry."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from firstlap.perception.scan import Mount, Scan, set_laser
 from firstlap.tracks.track import FloatArray
 
 FIT = 0.6
-"""Share of the points that must lie on the scan before."""
+"""Share of the points that must match the previous scan."""
 TELLS_ALONG = 0.02
-"""Share of the points that must tell how far the car went; a bare corridor has fewer."""
+"""Share of the points that must constrain the forward motion; a bare corridor has fewer."""
 COMMAND_HOLDS = 0.5
-"""[s] after which a command says nothing any more."""
+"""[s] Age after which a command is ignored."""
 
 
 class ScanStep(NamedTuple):
-    """One step. begin, end: [s]. forward, left [m], turn [rad]: of base_link at the end as seen from the begin.
+    """One step. begin, end: [s]. forward, left [m], turn [rad]: motion of base_link in its frame at the beginning.
 
-    fit: share of the points that lie on the walls of the scan before. along: share of them that tells `forward`.
+    fit: share of the points that match the previous scan. along: share of them that constrains `forward`.
     """
 
     begin: float
@@ -37,30 +37,30 @@ class ScanStep(NamedTuple):
 
     @property
     def fits(self) -> bool:
-        """Whether the scans lie on each other at all."""
+        """Whether the scans match."""
         return self.fit >= FIT
 
     @property
     def tells_along(self) -> bool:
-        """Whether the walls say how far the car went."""
+        """Whether the walls constrain the forward motion."""
         return self.fits and self.along >= TELLS_ALONG
 
 
 class ScanMotion:
-    """Scans in the order of time, steps out."""
+    """Estimates the steps between consecutive scans."""
 
     def __init__(self, car: Car) -> None:
         self._core = _core.ScanMotion(_core.MapParams(), car.core)
 
     @classmethod
     def at(cls, mount: Mount) -> ScanMotion:
-        """Of a laser that sits there."""
+        """An estimator for a LiDAR at that mounting."""
         core = _core.Car.preset("default")
         set_laser(core, mount.x, mount.y)
         return cls(Car("", core))
 
     def add(self, scan: Scan, time: float) -> ScanStep | None:
-        """The step that this scan ends. time: [s] of its last beam. None until there is something to tell."""
+        """The step that ends with this scan; None for the first one. time: of its last beam [s]."""
         found: Any = self._core.add(
             scan.ranges,
             time,
@@ -73,12 +73,12 @@ class ScanMotion:
         return None if found is None else ScanStep(*found)
 
     def forget(self) -> None:
-        """As if no scan had come."""
+        """Discards all scans."""
         self._core.forget()
 
 
 def as_steps(found: Sequence[ScanStep], times: FloatArray, speeds: FloatArray) -> Steps:
-    """The steps for a judgment of odometry. times (M,) [s], speeds (M,) [m/s]: what was commanded, if anything was."""
+    """The steps for a check of odometry. times (M,) [s], speeds (M,) [m/s]: commands, if any."""
     rows = np.array(found, dtype=np.float64).reshape(-1, len(ScanStep._fields))
     motion = rows[:, 2:5].copy()
     motion[[not step.fits for step in found]] = np.nan
@@ -87,7 +87,7 @@ def as_steps(found: Sequence[ScanStep], times: FloatArray, speeds: FloatArray) -
 
 
 def _commanded(when: FloatArray, times: FloatArray, speeds: FloatArray) -> FloatArray:
-    """(K,) the last command before each time, NaN where there is none."""
+    """(K,) the last command before each time, NaN if there is none."""
     if not len(times):
         return np.full(len(when), np.nan)
     before = np.searchsorted(times, when, side="right") - 1

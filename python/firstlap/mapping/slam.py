@@ -1,4 +1,4 @@
-"""Scans in, trajectory out: matching with a local submap, and loops that close (Lu and Milios 1997)."""
+"""Scan matching against a local submap, and loop closure (Lu and Milios 1997)."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ FEWEST_RATIOS, ALONG_SHARE = 10, 0.3
 
 @dataclass
 class Keyframe:
-    """A scan that was kept. cloud (N, 4) and points (P, 3) in base_link; odometry (3,) from the one before."""
+    """A keyframe. cloud (N, 4) and points (P, 3) in base_link; odometry (3,) from the previous keyframe."""
 
     pose: FloatArray
     cloud: FloatArray
@@ -34,7 +34,7 @@ class Keyframe:
     reference: _core.ReferenceCloud | None = None
 
     def as_reference(self) -> _core.ReferenceCloud:
-        """The cloud, found by place; made once."""
+        """The cloud as a matching reference, cached."""
         if self.reference is None:
             self.reference = _core.ReferenceCloud(self.cloud)
         return self.reference
@@ -42,7 +42,7 @@ class Keyframe:
 
 @dataclass(frozen=True)
 class Edge:
-    """Keyframe `last` as seen from keyframe `first`: pose (3,), information (3, 3) in the frame of `last`."""
+    """Pose (3,) of keyframe `last` in the frame of keyframe `first`; information (3, 3) in the frame of `last`."""
 
     first: int
     last: int
@@ -53,7 +53,7 @@ class Edge:
 
 @dataclass
 class Mapper:
-    """Keeps a scan every now and then, places it, and notices when the car is where it was before.
+    """Selects keyframes, estimates their poses and detects loop closures.
 
     The frame is base_link at the first scan.
     """
@@ -82,11 +82,12 @@ class Mapper:
 
     @property
     def overlap(self) -> float:
-        """[m] driven since a loop was first seen to close."""
+        """Distance driven since the first loop closure [m]."""
         return self.traveled - self.closed_at if self.closed_at is not None else 0.0
 
     def add(self, seen: Observation) -> bool:
-        """One scan and the odometry since the last. Whether the scan was kept. Raises InputError."""
+        """Adds one scan and the odometry since the previous one. Returns whether it became a keyframe. Raises
+        InputError."""
         if not np.isfinite(seen.motion).all() or abs(seen.motion[:2]).max() > 2.0:
             raise InputError(f"odometry at {seen.time:.3f} s jumps by {seen.motion[:2]} m between two scans")
         if self.scans:
@@ -123,7 +124,7 @@ class Mapper:
         self._look_for_loop(len(self.keyframes) - 1)
 
     def _place(self, cloud: FloatArray) -> FloatArray:
-        """Pose of a new cloud: odometry's guess, matched with the last keyframes."""
+        """Pose of a new cloud: predicted by odometry, matched against the last keyframes."""
         guess = compose(self.keyframes[-1].pose, self._motion)
         recent = self.keyframes[-int(self.settings.get("graph.submap_keyframes")) :]
         reference = _core.ReferenceCloud(np.vstack([transform_cloud(k.pose, k.cloud) for k in recent]))
@@ -135,7 +136,7 @@ class Mapper:
         return np.array(pose)
 
     def odometry_sigmas(self, motion: FloatArray) -> tuple[float, float, float]:
-        """Standard deviations along, across [m] and of the heading [rad] of an odometry step."""
+        """Longitudinal, lateral [m] and heading [rad] standard deviations of an odometry step."""
         way = float(np.hypot(*motion[:2]))
         along = self.settings.get("graph.odometry_distance") * way + 0.002
         turn = self.settings.get("graph.odometry_angle") * (way + abs(float(motion[2]))) + 0.002
@@ -144,7 +145,7 @@ class Mapper:
     # Loops.
 
     def _look_for_loop(self, i: int) -> None:
-        """Compares keyframe i with the nearest earlier place; a loop counts when several in a row agree."""
+        """Matches keyframe i with the nearest earlier one; a loop is closed if several consecutive matches agree."""
         here = self.keyframes[i]
         expected = compose(self._offset, here.pose) if self._offset is not None else here.pose
         j = self._nearest_earlier(i, expected)
@@ -152,7 +153,7 @@ class Mapper:
         if found is None:
             self._pending.clear()
             return
-        # Where the whole frame of `here` must go for it to lie where it was found.
+        # The correction of the frame of `here` that the match implies.
         seen_at = compose(self.keyframes[found.first].pose, found.pose)
         offset = compose(seen_at, between(here.pose, np.zeros(3)))
         if self._pending and not self._agree(here.pose, offset, self._pending[-1][1]):
@@ -193,7 +194,7 @@ class Mapper:
         return np.asarray(self.settings.get("graph.loop_radius") + drift)
 
     def _match_loop(self, j: int, i: int, expected: FloatArray) -> Edge | None:
-        """Keyframe i among the keyframes round j, from a coarse search; None where it does not fit."""
+        """Matches keyframe i with the keyframes around j by a coarse search; None if it does not match."""
         there, here = self.keyframes[j], self.keyframes[i]
         around = self.keyframes[max(0, j - LOOP_BEHIND) : j + LOOP_AHEAD]
         submap = np.vstack([transform_cloud(between(there.pose, k.pose), k.cloud) for k in around])
@@ -212,7 +213,7 @@ class Mapper:
     # The rest of the graph.
 
     def edges(self, poses: FloatArray) -> list[Edge]:
-        """Matches of each keyframe with those 1, 2, 4, ... before it, from poses (N, 3), and the loops."""
+        """Matches of each keyframe with those 1, 2, 4, ... before it, starting from poses (N, 3), and the loops."""
         found: list[Edge] = []
         for i, here in enumerate(self.keyframes):
             for step in self._steps():
@@ -231,8 +232,8 @@ class Mapper:
         return [2**k for k in range(int(self.settings.get("graph.edges")))]
 
     def odometry_scale(self, edges: list[Edge]) -> float:
-        """By how much the wheels turn too little: the median over the longest matches where the walls tell the way
-        along the car as well as across it. 1 where there are too few."""
+        """Ratio of true distance to odometry distance: median over the longest matches in which the walls constrain
+        both directions. 1 if there are too few."""
         step = self._steps()[-1]
         ratios = []
         for edge in edges:

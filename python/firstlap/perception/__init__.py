@@ -1,1 +1,1 @@
-"""Scans, what is wrong with them, and where the laser sits."""
+"""Scans, their checks, and the LiDAR's mounting."""

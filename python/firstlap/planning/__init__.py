@@ -1,1 +1,1 @@
-"""Where to drive: the racing line."""
+"""Planning: the racing line."""

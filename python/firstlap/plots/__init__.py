@@ -1,1 +1,1 @@
-"""What all pictures share: colors, figures, a track, a race."""
+"""Colors, figures, and plots of tracks and races, shared by all plots."""

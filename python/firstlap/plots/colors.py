@@ -1,4 +1,4 @@
-"""The colors of every picture and of the pit wall."""
+"""The colors of all plots and of the pit wall."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ FREE = LINE
 GOOD = LINE
 BAD = "#c62828"
 SPEED_MAP = "turbo"
-"""Of matplotlib's."""
+"""Name of the matplotlib colormap."""
 
 
 def rgb(color: str, paler: float = 0.0) -> tuple[int, int, int]:

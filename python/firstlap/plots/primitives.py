@@ -1,4 +1,4 @@
-"""What pictures are made of: figures, lines in the colors of their values, the road and the walls of a track."""
+"""Building blocks of plots: figures, colored lines, road and walls of a track."""
 
 from __future__ import annotations
 
@@ -24,19 +24,19 @@ Points = npt.NDArray[np.float64]
 
 
 def new_figure(width: float, height: float) -> Figure:
-    """A figure that needs no window, in inches."""
+    """A figure of that size [in] without a window."""
     figure = Figure(figsize=(width, height), facecolor=PAPER)
     FigureCanvasAgg(figure)
     return figure
 
 
 def save(figure: Figure, path: str | Path) -> None:
-    """Writes the figure whole or not at all. Raises InputError."""
+    """Writes the figure atomically. Raises InputError."""
     write_whole(check_writable(path, PICTURE_SUFFIXES), lambda name: figure.savefig(name, dpi=140))
 
 
 def write(figure: Figure, x: float, y: float, text: str, **options: Any) -> None:
-    """Text that holds names of files or setups, as it is: no formula, and with whatever bytes they have."""
+    """Writes text with names of files or setups literally: no math mode, and any bytes."""
     figure.text(x, y, printable(text), color=INK, va="center", parse_math=False, **options)
 
 
@@ -51,7 +51,7 @@ def colored_line(axes: Axes, x: Points, y: Points, value: Points, width: float, 
 
 
 def bare(axes: Axes) -> None:
-    """Takes ticks and frame away and keeps a meter a meter."""
+    """Removes ticks and frame and sets an equal aspect ratio."""
     axes.set_aspect("equal")
     axes.set_xticks([])
     axes.set_yticks([])
@@ -60,7 +60,7 @@ def bare(axes: Axes) -> None:
 
 
 def draw_road(axes: Axes, track: Track) -> None:
-    """The ground between the walls, from the centerline and its widths."""
+    """Draws the road between the walls, from the centerline and its widths."""
     line = track.centerline
     ahead = np.roll(line, -1, axis=0) - np.roll(line, 1, axis=0)
     normal = np.column_stack([-ahead[:, 1], ahead[:, 0]]) / np.hypot(*ahead.T)[:, None]
@@ -76,7 +76,7 @@ def draw_road(axes: Axes, track: Track) -> None:
 
 
 def draw_walls(axes: Axes, track: Track, *, color: str = INK, width: float = 1.6) -> None:
-    """Walls; what the LiDAR does not see dotted, what the car may cross faint."""
+    """Draws walls; dotted if invisible to the LiDAR, faint if not solid."""
     for wall, visible, solid in zip(track.walls, track.visible, track.solid, strict=True):
         style = (0, (1.0, 1.4)) if not visible else "solid"
         axes.plot(
@@ -89,7 +89,7 @@ def draw_walls(axes: Axes, track: Track, *, color: str = INK, width: float = 1.6
 
 
 def draw_start(axes: Axes, track: Track) -> None:
-    """The start and finish line with an arrow in the direction of travel."""
+    """Draws the start line with an arrow in the direction of travel."""
     x, y, yaw = track.start_pose()
     across = np.array([-np.sin(yaw), np.cos(yaw)])
     ahead = np.array([np.cos(yaw), np.sin(yaw)])

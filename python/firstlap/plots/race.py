@@ -1,4 +1,4 @@
-"""The picture of a race."""
+"""Plots a race."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Recordings of real cars and of our own races: read, and written.
+"""Reads recordings of real cars and of our own races, and writes logs.
 
 >>> from firstlap.recordings import load_recording
 >>> recording = load_recording("scan.npz")  # doctest: +SKIP

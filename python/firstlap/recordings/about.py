@@ -1,4 +1,4 @@
-"""What a log of ours says of itself, so that it can be replayed as it was driven."""
+"""The metadata of our own logs, with which they can be replayed exactly."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ RECORD = "firstlap"
 
 @dataclass(frozen=True)
 class About:
-    """setup and car as they were driven; what, for people.
+    """setup and car of the drive; what: its description.
 
-    Messages hold whole nanoseconds and angles in single precision: header (angle_min, angle_increment, time_increment,
-    range_min, range_max) and scan_period [s] are what the planner was given, where they were the same for all scans,
-    and first_dt [s] what it was given with the first.
+    Messages have a resolution of nanoseconds and angles in single precision, so the exact values passed to the planner
+    are stored here: header (angle_min, angle_increment, time_increment, range_min, range_max) and scan_period [s], if
+    constant, and first_dt [s], the dt of the first scan.
     """
 
     setup: Setup
@@ -39,7 +39,7 @@ class About:
     version: str = __version__
 
     def to_metadata(self) -> dict[str, str]:
-        """Texts, as MCAP wants them; numbers with all their digits."""
+        """As strings, for MCAP; numbers with all digits."""
         return {
             "version": self.version,
             "what": printable(self.what),
@@ -54,7 +54,7 @@ class About:
 
     @classmethod
     def from_metadata(cls, texts: Mapping[str, str], where: str) -> About:
-        """The other way round. Raises InputError where the record was not written by us."""
+        """The inverse of `to_metadata`. Raises InputError if the record was not written by firstlap."""
         try:
             setup, car = json.loads(texts["setup"]), json.loads(texts["car"])
             exact = json.loads(texts["exact"])
@@ -93,7 +93,7 @@ def _nested(values: Values) -> dict[str, dict[str, Any]]:
 
 
 def _checked(table: FieldTable, sections: Mapping[str, Mapping[str, Any]], where: str) -> Values:
-    """Values within their ranges; raises for what the table does not know."""
+    """Checks names and ranges of values. Raises InputError."""
     checked: Values = {}
     for section, values in sections.items():
         for name, value in values.items():

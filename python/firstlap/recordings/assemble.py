@@ -1,4 +1,4 @@
-"""From raw messages to a recording."""
+"""Makes a recording from raw messages."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ Raw = dict[str, list[tuple[int, bytes]]]
 
 
 def assemble(stored: Stored, path: Path, wanted: Topics, look: Callable[[int], object] | None = None) -> Recording:
-    """Reads everything of use, decodes it and puts it on one clock. Raises InputError where no scan can be read."""
+    """Reads and decodes all relevant messages and puts them on one clock. Raises InputError if no scan can be read."""
     raw = _read(stored, look)
     held = {name: stored.topics[name] for name in raw}
     others = {name: topic for name, topic in stored.topics.items() if topic.type not in WANTED}
@@ -56,7 +56,7 @@ def _read(stored: Stored, look: Callable[[int], object] | None) -> Raw:
 
 
 class _Assembly:
-    """The steps from raw messages to a recording, with the remarks that they leave."""
+    """The steps from raw messages to a recording, and their remarks."""
 
     def __init__(self, stored: Stored, path: Path, roles: Roles, raw: Raw, wanted: Topics) -> None:
         self.stored, self.path, self.roles, self.raw, self.wanted = stored, path, roles, raw, wanted
@@ -71,7 +71,7 @@ class _Assembly:
         if not scans.usable:
             why = scans.reason or "; ".join(self.remarks)
             why += f"; {OPTION} says how it is mounted" if scans.fault == BLIND else ""
-            raise InputError(f"{self.path}: no scan of {self.roles.scan.name} can be used: {why}")
+            raise InputError(f"{self.path}: no valid scan in {self.roles.scan.name}: {why}")
         self.check_counts()
         line = timeline(_ended(scans, about), scans.logged)
         self.remarks += line.remarks
@@ -85,7 +85,7 @@ class _Assembly:
         if not whole:
             raise InputError(f"{self.path}: is cut off before the first scan's command")
         if whole < len(times):
-            self.remarks.append("the last scan's command and measurements are cut off: it was left out")
+            self.remarks.append("the last scan's command and measurements are missing: the scan was dropped")
         recording = Recording(
             name=name_of(self.path),
             source=str(self.path),
@@ -108,7 +108,7 @@ class _Assembly:
         return recording.first(whole)
 
     def decoded(self, topic: Topic | None) -> list[tuple[int, Any]]:
-        """(time of logging, message), in the order of logging; what cannot be decoded is counted."""
+        """(log time, message), in log order; messages that cannot be decoded are counted."""
         if topic is None:
             return []
         if topic.name not in self.known:
@@ -128,7 +128,7 @@ class _Assembly:
         name = self.roles.scan.name
         there, claimed = len(self.raw[name]), self.stored.claimed.get(name)
         if claimed is not None and claimed != there:
-            self.remarks.append(f"the metadata says {claimed} messages of {name}, {there} can be read")
+            self.remarks.append(f"{name}: {there} of {claimed} messages in the metadata can be read")
 
     def about(self) -> About | None:
         if RECORD not in self.stored.metadata:
@@ -140,7 +140,7 @@ class _Assembly:
             return None
 
     def mounting(self, about: About | None) -> Mounting:
-        """Where the laser sits; of a log of ours its own car says it. Raises InputError."""
+        """The LiDAR's mounting; for our own logs, that of their car. Raises InputError."""
         if self.wanted.laser is not None:
             return Mounting(self.wanted.laser, OPTION)
         if about is not None:
@@ -153,7 +153,7 @@ class _Assembly:
         )
 
     def transforms(self, name: str) -> Iterator[Any]:
-        """The messages of the topics so called, in any namespace."""
+        """The messages of the topics of that name, in any namespace."""
         for topic in self.stored.topics.values():
             if topic.type in TRANSFORMS and topic.name.endswith(name):
                 for _, data in self.raw.get(topic.name, ()):
@@ -197,8 +197,8 @@ class _Assembly:
         return pose.position.x, pose.position.y, float(yaw)
 
     def times_of(self, messages: list[tuple[int, Any]], line: Timeline, topic: str) -> npt.NDArray[np.int64]:
-        """(M,) [ns] on the scans' clock: stamps where the scans go by theirs and these are filled in and of the same
-        clock, else times of logging."""
+        """(M,) [ns] on the scans' clock: header stamps if the scans use theirs and both are from the same clock, else
+        log times."""
         logged = np.array([time for time, _ in messages], dtype=np.int64)
         if line.by == "log" or not hasattr(messages[0][1], "header"):
             return line.of_logging(logged)
@@ -208,14 +208,14 @@ class _Assembly:
         apart = line.apart(stamped, logged)
         if apart:
             scan = self.roles.scan.name
-            self.remarks.append(f"the clocks of {scan} and {topic} are {abs(apart):.1f} s apart: {topic} is put beside "
-                                "the scans by its times of logging")  # fmt: skip
+            self.remarks.append(f"the clocks of {scan} and {topic} are {abs(apart):.1f} s apart: {topic} is matched to "
+                                "the scans by log time")  # fmt: skip
             return line.of_logging(logged)
         return stamped
 
 
 def _ended(scans: Scans, about: About | None) -> npt.NDArray[np.int64]:
-    """(N,) [ns] of the last rays by the scans' own stamps; a log of ours was written at them."""
+    """(N,) [ns] of the last beams by the scans' stamps; these are the log times of our own logs."""
     if about is not None:
         return scans.logged
     beams = [len(one) for one in scans.ranges]
@@ -223,14 +223,14 @@ def _ended(scans: Scans, about: About | None) -> npt.NDArray[np.int64]:
 
 
 def _whole_scans(times: Floats, commands: Series | None) -> int:
-    """How many of a log's scans were written with all that belongs to them: the command comes last, at their stamp."""
+    """The number of a log's scans that are complete: the command is written last, at their stamp."""
     if commands is None:
         return len(times)
     return int(np.searchsorted(times, commands.times[-1] + 0.5e-9, side="right"))
 
 
 def _exact(headers: Floats, about: About | None) -> Floats:
-    """The headers with all their digits, where the log tells them."""
+    """The headers with all digits, if the log's metadata has them."""
     if about is None or about.header is None or len(about.header) != headers.shape[1]:
         return headers
     header = np.array(about.header)

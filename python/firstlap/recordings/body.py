@@ -1,4 +1,4 @@
-"""Returns of the car itself: they do not move with the world while the car drives."""
+"""Finds returns from the car itself, which do not change while the car drives."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from firstlap.recordings.recording import Recording
 
 SCANS = 300
 MOVING, WAY = 0.3, 2.0
-"""Looked at are scans at this speed [m/s] at least, of a drive of this way [m] at least."""
+"""Minimum speed [m/s] of the scans used, and minimum distance [m] of the drive."""
 SIDEWAYS, NEAR, SPREAD, OFTEN = 1.6, 0.7, 0.15, 0.3
-"""A beam that sees the car points further to the side than this [rad], is this short [m] in the median, keeps its
-range within this [m] (5th to 95th percentile), and returns in this share of the scans."""
+"""Criteria for a beam that hits the car: minimum angle to the side [rad], maximum median range [m], maximum spread of
+the range [m] (5th to 95th percentile), and minimum share of scans with a return."""
 MARGIN_ANGLE, MARGIN_RANGE = 0.02, 0.05
 
 
 class BodyMask(NamedTuple):
-    """beams see the car; with these two parameters of the setup they are dropped."""
+    """beams: number of beams that hit the car; mask_angle, mask_range: setup parameters that drop them."""
 
     beams: int
     mask_angle: float
@@ -29,14 +29,14 @@ class BodyMask(NamedTuple):
 
     @property
     def assignments(self) -> str:
-        """As for the command line."""
+        """As command-line options."""
         return f"--set mask_angle={self.mask_angle:g} --set mask_range={self.mask_range:g}"
 
 
 def find_body(recording: Recording, setup: Setup) -> BodyMask | None:
-    """The mask that the recording's car needs beyond the setup's; None where the setup's does, or nothing is known.
+    """The mask that the recording's car needs; None if the setup's mask is sufficient, or if it cannot be determined.
 
-    The car must have driven for a while: at a standstill nothing moves.
+    The car must have driven some distance, because at a standstill nothing changes.
     """
     size = Counter(len(one) for one in recording.ranges).most_common(1)[0][0]
     moving = np.flatnonzero(recording.speed > MOVING).tolist()
@@ -46,7 +46,7 @@ def find_body(recording: Recording, setup: Setup) -> BodyMask | None:
     chosen = driving[:: -(-len(driving) // SCANS)]
     angle_min, angle_increment = recording.headers[chosen[0], :2]
     beams_at = angle_min + angle_increment * np.arange(size)
-    angles = np.abs(np.remainder(beams_at + np.pi, 2.0 * np.pi) - np.pi)  # wherever the scan begins
+    angles = np.abs(np.remainder(beams_at + np.pi, 2.0 * np.pi) - np.pi)  # independent of where the scan begins
     sideways = np.flatnonzero(angles > SIDEWAYS)
     seen = [np.where(returns(recording.scan(i)), recording.ranges[i], np.nan)[sideways] for i in chosen]
     ranges = np.array(seen, dtype=np.float64)

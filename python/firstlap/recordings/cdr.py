@@ -1,7 +1,7 @@
-"""Messages that differ from one scan to the next in their numbers alone, made fast.
+"""Fast serialization of messages that differ only in their numbers from scan to scan.
 
-The library serialises a message with marks in the places of its numbers and its stamps once; then the marks are found
-in the bytes, and every further message is a copy with its own numbers there.
+The library serializes a message once, with marker values in place of its numbers and stamps. Their offsets are located
+in the bytes, and every further message is a copy with its own numbers at these offsets.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ import numpy.typing as npt
 from firstlap.recordings.messages import typestore
 
 SECONDS, NANOSECONDS = 0x5A5B5C5D, 0x0DEADBEE
-"""The mark of a stamp."""
+"""The marker value of a stamp."""
 HEAD = 4
 """Bytes before the body of a CDR message; what follows is aligned to its start."""
 
 
 def mark(index: int) -> float:
-    """What stands for number `index` (from 0) in a message to be made a template of."""
+    """The marker value of number `index` (from 0) in the message that becomes a template."""
     return -1e200 * (index + 1)
 
 
@@ -30,7 +30,7 @@ class Template:
 
     def __init__(self, kind: str, message: Any, numbers: int) -> None:
         if sys.byteorder != "little":
-            raise NotImplementedError("CDR is written for little-endian machines")
+            raise NotImplementedError("CDR output supports only little-endian machines")
         self._bytes = bytearray(typestore().serialize_cdr(message, kind))
         self._size = len(self._bytes)
         self._bytes += bytes(-(self._size - HEAD) % 8)

@@ -1,4 +1,4 @@
-"""Where a recording's laser is mounted: as a person says, or as /tf_static and /tf do, like the driving node."""
+"""The LiDAR's mounting in a recording: from the user, or from /tf_static and /tf as in the driving node."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ from firstlap.perception.scan import Mount, set_laser
 from firstlap.recordings.recording import Recording
 
 OPTION = "--laser"
-EXPECTED = "X,Y,YAW[,ROLL]: meters ahead and left of base_link, degrees; ROLL 180 where it hangs upside down"
+EXPECTED = "X,Y,YAW[,ROLL]: meters ahead and left of base_link, degrees; ROLL 180 if upside down"
 FURTHEST = 2.0
-"""[m] from base_link that the laser of a car of this size may sit."""
+"""[m] Maximum distance of the LiDAR from base_link for a car of this size."""
 LOOKED_AT = 500
-"""Messages of /tf that are looked through where /tf_static does not say it."""
+"""Number of /tf messages searched if /tf_static has no mounting."""
 
 Floats = npt.NDArray[np.float64]
 
 
 class Mounting(NamedTuple):
-    """mount: None where nothing is known of it. source: who said so. missing: the transform that is not there."""
+    """mount: None if unknown. source: where it is from. missing: name of the missing transform."""
 
     mount: Mount | None
     source: str
@@ -36,27 +36,27 @@ class Mounting(NamedTuple):
 
     @property
     def remarks(self) -> list[str]:
-        """What is known, in one line."""
+        """The mounting, in one line."""
         if self.missing:
-            return [f"no transform {self.missing}: the laser is taken to sit as {self.source} say; see {OPTION}"]
+            return [f"no transform {self.missing}: the LiDAR mounting of {self.source} is assumed; see {OPTION}"]
         if self.mount is None:
             return []
-        return [f"the laser sits {described(self.mount)}, by {self.source}"]
+        return [f"LiDAR mounting: {described(self.mount)}, from {self.source}"]
 
 
 UNKNOWN = Mounting(None, "the car's parameters")
 
 
 def described(mount: Mount) -> str:
-    """In words and degrees."""
+    """As text, in meters and degrees."""
     aside = f" and {to_side(mount.y, 'left', 'right')}" if round(mount.y, 3) else ""
-    turned = f", turned by {math.degrees(mount.yaw):.0f}°" if abs(mount.yaw) > math.radians(0.5) else ""
+    turned = f", rotated by {math.degrees(mount.yaw):.0f}°" if abs(mount.yaw) > math.radians(0.5) else ""
     hung = ", upside down" if mount.upside_down else ""
     return f"{to_side(mount.x, 'ahead', 'behind')}{aside} of base_link{turned}{hung}"
 
 
 def parse_laser(text: str) -> Mount:
-    """Of `--laser`. Raises InputError."""
+    """Parses `--laser`. Raises InputError."""
     try:
         numbers = [float(part) for part in text.split(",")]
     except ValueError:
@@ -65,7 +65,7 @@ def parse_laser(text: str) -> Mount:
         raise InputError(f"{OPTION} {text[:60]}: expected {EXPECTED}")
     x, y, yaw, roll = (*numbers, 0.0)[:4]
     if math.hypot(x, y) > FURTHEST:
-        raise InputError(f"{OPTION} {text[:60]}: {math.hypot(x, y):g} m from base_link; allowed is {FURTHEST:g} m")
+        raise InputError(f"{OPTION} {text[:60]}: {math.hypot(x, y):g} m from base_link; allowed: up to {FURTHEST:g} m")
     try:
         return mount_of(placed(x, y, math.radians(yaw), math.radians(roll)))
     except ValueError as error:
@@ -75,9 +75,9 @@ def parse_laser(text: str) -> Mount:
 def mounting_by_frames(
     static: Iterable[Any], moving: Iterable[Any], bases: list[str], frame: str, where: str
 ) -> Mounting:
-    """What the frame tree says of the scans' `frame`. Raises InputError where a laser so mounted cannot be used.
+    """The mounting of the scans' `frame` from the frame tree. Raises InputError if it is not supported.
 
-    static, moving: messages of /tf_static and /tf. bases: frames that may be the car's, in order.
+    static, moving: messages of /tf_static and /tf. bases: possible frames of the car, in order.
     """
     frames, heard = Frames(), False
     for message in static:
@@ -100,13 +100,13 @@ def _mounting(frames: Frames, bases: list[str], frame: str, source: str, where: 
             return Mounting(mount_of(place), f"{source} ({base} to {frame})")
         except ValueError as error:
             raise InputError(
-                f"{where}: {error}, by {source} ({base} to {frame}); say where it is mounted with {OPTION}"
+                f"{where}: {error}, by {source} ({base} to {frame}); set its mounting with {OPTION}"
             ) from None
     return None
 
 
 def turned(headers: Floats, mount: Mount | None) -> Floats:
-    """(N, 5) headers as of Recording, as a laser that looks ahead would have them."""
+    """(N, 5) headers as in Recording, for a LiDAR that points forward."""
     if mount is None:
         return headers
     angles = [mount.turned(angle_min, angle_increment) for angle_min, angle_increment in headers[:, :2].tolist()]
@@ -114,7 +114,7 @@ def turned(headers: Floats, mount: Mount | None) -> Floats:
 
 
 def car_of(recording: Recording, car: Car) -> Car:
-    """The car with its laser where the recording says it is. Raises InputError where no car has it there."""
+    """The car with the recording's LiDAR mounting. Raises InputError if it is out of range."""
     if recording.laser is None:
         return car
     core = _core.Car(car.core)
@@ -122,5 +122,5 @@ def car_of(recording: Recording, car: Car) -> Car:
         set_laser(core, recording.laser.x, recording.laser.y)
         core.validate()
     except ValueError as error:
-        raise InputError(f"{recording.source}: its laser: {error}; say where it is mounted with {OPTION}") from None
+        raise InputError(f"{recording.source}: LiDAR: {error}; set its mounting with {OPTION}") from None
     return Car(car.name, core, car.source)

@@ -1,4 +1,4 @@
-"""From a path to a recording."""
+"""Loads recordings."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ def load_recording(
 ) -> Recording:
     """The recording at `path`: a file with one of `paths.ENDINGS`, or a rosbag2 folder.
 
-    topics: names where types alone do not tell, and what else a person says of it. look: called now and then with the
-    messages read so far. What is damaged is left out and stands in the recording's remarks. Raises InputError where no
-    scan can be read.
+    topics: topic names, if types alone are ambiguous, and other settings by the user. look: called with the number of
+    messages read so far. Damaged parts are skipped and reported as remarks. Raises InputError if no scan
+    can be read.
     """
     path, topics = Path(path), topics or Topics()
     try:
@@ -36,7 +36,7 @@ def load_recording(
 
 
 def load_libraries() -> None:
-    """What reading needs of libraries, so that the first recording is read as fast as the next."""
+    """Imports the libraries for reading, so that their import does not count as reading time."""
     from firstlap.recordings import assemble, mcap_log, npz, ros1_bag, rosbag2
     from firstlap.recordings.messages import typestore
 
@@ -59,5 +59,5 @@ def _from_messages(path: Path, topics: Topics, look: Callable[[int], object] | N
     }
     opener = open_folder if path.is_dir() else openers.get(ending_of(path))
     if opener is None:
-        raise InputError(f"{path}: not a recording that is known; expected {KINDS}")
+        raise InputError(f"{path}: not a known kind of recording; expected {KINDS}")
     return assemble(opener(path), path, topics, look)

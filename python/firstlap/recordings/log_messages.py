@@ -1,4 +1,4 @@
-"""What a log of ours holds: one function a topic, from numbers to the bytes of a standard ROS message."""
+"""The messages of our own logs: one function per topic that serializes a standard ROS message."""
 
 from __future__ import annotations
 
@@ -73,9 +73,9 @@ def planar(pose: Floats) -> Floats:
 
 
 def scan(time: int, ranges: npt.NDArray[np.float32], header: Floats, scan_time: float) -> bytes:
-    """sensor_msgs/LaserScan; its header's numbers become single precision.
+    """sensor_msgs/LaserScan; header values in single precision.
 
-    time: [ns] of the last ray; the message has the first one's, as its definition asks. scan_time: [s] between scans.
+    time: [ns] of the last beam; the message has that of the first, as defined. scan_time: [s] between scans.
     """
     angle_min, angle_increment, time_increment, range_min, range_max = header.tolist()
     message = make(
@@ -121,7 +121,7 @@ def _joint_state() -> Template:
 
 
 def joint_state(time: int, steering_angle: float) -> bytes:
-    """sensor_msgs/JointState with the measured wheel angle."""
+    """sensor_msgs/JointState with the measured steering angle."""
     return _joint_state().fill(time, np.array([steering_angle]))
 
 

@@ -1,4 +1,4 @@
-"""MCAP files, read from front to end: that works for finished, unfinished and damaged ones alike."""
+"""Reads MCAP files sequentially, which also works for unfinished and damaged files."""
 
 from __future__ import annotations
 
@@ -31,18 +31,18 @@ PACKED_LENGTH = struct.Struct("<Q")
 """After that name: length of the packed records."""
 RECORDS = frozenset(int(opcode) for opcode in Opcode)
 FIRST_PRIVATE = 0x80
-"""Opcodes from here on are anybody's own."""
+"""Opcodes from here on are private."""
 KEPT: dict[int, Any] = {
     Opcode.SCHEMA: records.Schema,
     Opcode.CHANNEL: records.Channel,
     Opcode.METADATA: records.Metadata,
     Opcode.STATISTICS: records.Statistics,
 }
-"""What the library reads for us; messages are too many, and indexes are of no use here."""
+"""Records that the library parses; messages are too many, and indexes are not needed."""
 
 
 def open_mcap(path: Path) -> Stored:
-    """What the file holds; nothing but its first bytes is read before `messages`. Raises InputError."""
+    """Opens the file; only its first bytes are read before `messages`. Raises InputError."""
     check_magic(path, MCAP0_MAGIC, "an MCAP file")
     stored = Stored()
     stored.messages = lambda: _messages(path, stored)
@@ -50,11 +50,11 @@ def open_mcap(path: Path) -> Stored:
 
 
 class _LostError(Exception):
-    """No record stands here, or none whose length can be believed."""
+    """There is no record here, or its length is implausible."""
 
 
 def _messages(path: Path, stored: Stored) -> Iterator[Message]:
-    """Reads on after a part that is damaged: the record behind it, or the chunk that the file's index has next."""
+    """Yields messages; continues after damage at the next record, or at the next chunk in the file's index."""
     content, size, read, bad = _Content(stored), path.stat().st_size, 0, 0
     with path.open("rb") as file:
         file.seek(len(MCAP0_MAGIC))
@@ -70,7 +70,7 @@ def _messages(path: Path, stored: Stored) -> Iterator[Message]:
                     raise _LostError
             except OSError:
                 raise
-            except Exception as error:  # a damaged file may make the libraries raise anything
+            except Exception as error:  # the libraries may raise any exception for a damaged file
                 content.learn(file, size)
                 following = content.next_chunk()
                 if isinstance(error, _LostError) and following is None:
@@ -81,13 +81,13 @@ def _messages(path: Path, stored: Stored) -> Iterator[Message]:
                     content.chunk_at = following
                     file.seek(following)
     if bad:
-        stored.remarks.append(f"{path.name} is damaged: {bad} of its parts were left out, {read} messages were read")
+        stored.remarks.append(f"{path.name} is damaged: {bad} parts were skipped, {read} messages were read")
     if content.unknown:
-        stored.remarks.append(f"{path.name} is damaged: of {content.unknown} messages the topic is not known")
+        stored.remarks.append(f"{path.name} is damaged: the topics of {content.unknown} messages are unknown")
 
 
 def _record(file: BinaryIO, size: int, content: _Content) -> tuple[int, int, bytes]:
-    """Opcode, length and bytes of the next record, less of these where the file ends; none of what is of no use."""
+    """Opcode, length and bytes of the next record; fewer bytes if the file ends, none if the record is not needed."""
     begin = file.tell()
     head = file.read(RECORD_HEAD.size)
     if len(head) < RECORD_HEAD.size:
@@ -108,9 +108,9 @@ def _record(file: BinaryIO, size: int, content: _Content) -> tuple[int, int, byt
 
 
 class _Content:
-    """What has been read so far: schemas and channels by their ids.
+    """Schemas and channels read so far, by their ids.
 
-    chunk_at: where the last chunk begins. unknown: how many messages were of a channel that nothing explained.
+    chunk_at: offset of the last chunk. unknown: number of messages of unknown channels.
     """
 
     def __init__(self, stored: Stored) -> None:
@@ -123,7 +123,7 @@ class _Content:
         self._chunks: list[int] | None = None
 
     def take(self, opcode: int, data: bytes, whole: bool = True) -> Iterator[Message]:
-        """The messages in a record; what explains them is kept. Raises anything where they are damaged."""
+        """The messages in a record; schemas and channels are stored. May raise any exception for damaged records."""
         if opcode == Opcode.MESSAGE:
             channel, _, time, _ = MESSAGE_HEAD.unpack_from(data)
             if channel in self.channels and whole:
@@ -135,7 +135,7 @@ class _Content:
             self.keep(KEPT[opcode].read(ReadDataStream(BytesIO(data))))
 
     def learn(self, file: BinaryIO, size: int) -> None:
-        """Once, from the summary at the file's end, where there is one: what a lost chunk may have explained."""
+        """Reads schemas and channels from the summary at the file's end, once, in case a damaged chunk had them."""
         if self._chunks is not None:
             return
         self._chunks, here = [], file.tell()
@@ -144,7 +144,7 @@ class _Content:
             summary = SeekingReader(file, record_size_limit=size).get_summary()
         except OSError:
             raise
-        except Exception:  # the summary is damaged too, or missing
+        except Exception:  # the summary is also damaged, or missing
             summary = None
         file.seek(here)
         if summary is None:
@@ -157,11 +157,11 @@ class _Content:
                 self.keep(channel)
 
     def next_chunk(self) -> int | None:
-        """Where the chunk after the last one begins, as the file's index has it."""
+        """Offset of the chunk after the last one, from the file's index."""
         return next((begin for begin in self._chunks or () if begin > self.chunk_at), None)
 
     def keep(self, record: Any) -> None:
-        """Schemas, channels, metadata and counts."""
+        """Stores schemas, channels, metadata and counts."""
         if isinstance(record, records.Schema):
             self.schemas[record.id] = record.name
         elif isinstance(record, records.Channel):
@@ -173,7 +173,7 @@ class _Content:
             _note_counts(record, self.channels, self.stored)
 
     def records_in(self, data: bytes, whole: bool) -> Iterator[Message]:
-        """The messages of a chunk, or of the part of one."""
+        """The messages of a complete or partial chunk."""
         begin = RECORD_HEAD.size
         while begin <= len(data):
             opcode, length = RECORD_HEAD.unpack_from(data, begin - RECORD_HEAD.size)
@@ -187,7 +187,7 @@ class _Content:
 
 
 def _unpacked(chunk: bytes, whole: bool) -> bytes:
-    """The records in a chunk; of a part of one as many as there are. A whole one must be as it was written."""
+    """The records in a chunk, as many as there are in a partial one. The checksum of a complete one is verified."""
     _, _, size, checksum, length = CHUNK_HEAD.unpack_from(chunk)
     begin = CHUNK_HEAD.size + length
     compression, data = chunk[CHUNK_HEAD.size : begin].decode(), chunk[begin + PACKED_LENGTH.size :]

@@ -1,4 +1,4 @@
-"""Raw messages of a recording: what every storage gives, and how they are decoded."""
+"""Raw messages of a recording: the interface of all storages, and decoding."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from firstlap.common.errors import InputError
 
 ACKERMANN = "ackermann_msgs/msg/AckermannDrive"
 ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
-"""With which a message begins that rosbag2 compressed by itself. CDR begins with 0, so that none is mistaken."""
+"""First bytes of a message compressed individually by rosbag2. CDR begins with 0, so there is no ambiguity."""
 _ACKERMANN_TEXT = """float32 steering_angle
 float32 steering_angle_velocity
 float32 speed
@@ -24,7 +24,7 @@ float32 acceleration
 float32 jerk
 """
 TRANSFORMS = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
-"""The second is that of old ROS 1."""
+"""The second definition is that of old ROS 1."""
 _TRANSFORMS_TEXT = "geometry_msgs/TransformStamped[] transforms"
 _STAMPED_TEXT = """std_msgs/Header header
 ackermann_msgs/AckermannDrive drive
@@ -32,7 +32,7 @@ ackermann_msgs/AckermannDrive drive
 
 
 class Message(NamedTuple):
-    """One message as it was stored: topic, nanoseconds of its logging, bytes."""
+    """A stored message: topic, log time [ns], bytes."""
 
     topic: str
     time: int
@@ -50,10 +50,10 @@ class Topic:
 
 @dataclass
 class Stored:
-    """What a storage holds. `messages` reads on and never raises for damage: it ends and adds a remark.
+    """The content of a storage. `messages` never raises for damage: it ends and adds a remark.
 
-    topics may still grow while messages are read. claimed: how many messages a topic has by the metadata.
-    wanted: types of interest; messages of others need not be given.
+    topics may grow while messages are read. claimed: number of messages per topic by the metadata.
+    wanted: required types; messages of other types may be omitted.
     """
 
     topics: dict[str, Topic] = field(default_factory=dict)
@@ -66,7 +66,7 @@ class Stored:
 
 @lru_cache(maxsize=2)
 def typestore(encoding: str = "cdr") -> Typestore:
-    """The message types that we read and write, with those that the library lacks."""
+    """The message types that we read and write, including those missing in the library."""
     store = get_typestore(Stores.ROS1_NOETIC if encoding == "ros1" else Stores.ROS2_HUMBLE)
     store.register(get_types_from_msg(_ACKERMANN_TEXT, ACKERMANN))
     store.register(get_types_from_msg(_STAMPED_TEXT, f"{ACKERMANN}Stamped"))
@@ -77,7 +77,7 @@ def typestore(encoding: str = "cdr") -> Typestore:
 
 
 def decode(topic: Topic, data: bytes) -> Any:
-    """The message, decompressed where it was compressed by itself, or None where the bytes are none."""
+    """The message, decompressed if it was compressed individually; None if the bytes are not a message."""
     store = typestore(topic.encoding)
     try:
         if topic.encoding == "ros1":
@@ -85,12 +85,12 @@ def decode(topic: Topic, data: bytes) -> Any:
         if data.startswith(ZSTD_MAGIC):
             data = zstandard.ZstdDecompressor().decompressobj().decompress(data)
         return store.deserialize_cdr(data, topic.type)
-    except Exception:  # bytes that are no message make the library raise anything
+    except Exception:  # the library may raise any exception for invalid bytes
         return None
 
 
 def check_magic(path: Path, magic: bytes, what: str) -> None:
-    """Raises InputError where the file does not begin as `what` does; a shorter one that begins so is cut off."""
+    """Raises InputError if the file does not begin with the magic bytes of `what`; a shorter file is truncated."""
     with path.open("rb") as file:
         first = file.read(len(magic))
     if not first or first != magic[: len(first)]:
@@ -98,5 +98,5 @@ def check_magic(path: Path, magic: bytes, what: str) -> None:
 
 
 def stopped(path: Path, read: int, how: str = "cut off or damaged") -> str:
-    """The remark where reading came to an end before the file's own."""
-    return f"{path.name} is {how} after {read} messages; what stands before that was read"
+    """The remark for a file that could not be read to its end."""
+    return f"{path.name} is {how} after {read} messages; the messages before that were read"

@@ -1,4 +1,4 @@
-"""Recordings as numpy files: arrays `ranges`, `angle_min`, `angle_increment` and whatever else is known."""
+"""Recordings as numpy files: arrays `ranges`, `angle_min`, `angle_increment` and optional others."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ from firstlap.recordings.topics import NONE, Topics
 
 Floats = npt.NDArray[np.float64]
 HEADER = {"angle_min": None, "angle_increment": None, "time_increment": 0.0, "range_min": 0.02, "range_max": 30.0}
-"""Header fields; None: must be there."""
+"""Header fields and defaults; None: required."""
 LASER_X = "laser_x_in_base"
 ZIP_MAGIC = b"PK\x03\x04"
 STEERING_ONLY = "angular_control"
-"""A table of commands with this column beside one that is no speed."""
+"""A column of command tables without a speed."""
 POSE_COLUMNS = ("x", "y", "yaw")
 
 
@@ -89,7 +89,7 @@ def _read(path: Path) -> dict[str, npt.NDArray[Any]]:
         raise
     except (zipfile.BadZipFile, zlib.error, EOFError):
         raise InputError(f"{path}: is cut off or damaged") from None
-    except Exception:  # bytes that are no .npz make the libraries raise anything
+    except Exception:  # the libraries may raise any exception for invalid bytes
         raise InputError(f"{path}: not an .npz recording of scans, or damaged") from None
     return {key: array for key, array in arrays.items() if isinstance(array, np.ndarray)}
 
@@ -105,7 +105,7 @@ def _mounting(arrays: Mapping[str, npt.NDArray[Any]], wanted: Topics, path: Path
 def _ranges(arrays: Mapping[str, npt.NDArray[Any]], path: Path) -> npt.NDArray[np.float32]:
     missing = [key for key in ("ranges", "angle_min", "angle_increment") if key not in arrays]
     if missing:
-        raise InputError(f"{path}: no LaserScan inside: has no '{missing[0]}'; expected ranges, angle_min and "
+        raise InputError(f"{path}: no LaserScan: '{missing[0]}' is missing; expected ranges, angle_min and "
                          "angle_increment")  # fmt: skip
     ranges = np.atleast_2d(arrays["ranges"])
     if ranges.dtype.kind not in "fiu" or ranges.ndim != 2 or 0 in ranges.shape:
@@ -125,12 +125,12 @@ def _single(arrays: Mapping[str, npt.NDArray[Any]], key: str, default: float | N
 def _judged(
     ranges: npt.NDArray[np.float32], header: list[float], stamps: npt.NDArray[np.int64], path: Path
 ) -> list[str]:
-    """What the judge remarks. Raises InputError where it takes none of the scans."""
+    """The remarks of the scan check. Raises InputError if no scan is valid."""
     findings, period = Findings(), usual_period(stamps) / 1e9
     for one in ranges:
         findings.keeps(judge(Scan(one, *header), period))
     if not findings.usable:
-        raise InputError(f"{path}: no scan can be used: {findings.reason}")
+        raise InputError(f"{path}: no valid scan: {findings.reason}")
     return findings.remarks()
 
 
@@ -168,7 +168,7 @@ def _sources(
     per_scan = {key: _per_scan(arrays, key, count, path) for key in ("speed", "yaw_rate", "steering_angle", "steer")}
 
     def on_the_clock(table_times: Floats, by_bag: bool) -> Floats:
-        """Times of a table as seconds since the first scan; those of logging by way of the scans' two stamps."""
+        """Times of a table as seconds since the first scan; log times are converted with the scans' two stamps."""
         if by_bag and logged is not None:
             return table_times - float(np.median(logged - stamps)) - origin
         return table_times - origin
@@ -196,7 +196,7 @@ def _sources(
             unknown = np.full(len(turns.times), np.nan)
             commands[key] = Series(key, turns.times, np.column_stack([unknown, turns.values]))
     if wanted.drive not in (None, NONE, *commands):
-        raise InputError(f"{path}: --drive-topic {wanted.drive}: no such table of commands; there are "
+        raise InputError(f"{path}: --drive-topic {wanted.drive}: no such table of commands; available: "
                          f"{', '.join(commands) or 'none'}")  # fmt: skip
     drive = wanted.drive or next(iter(commands), NONE)
     return Sources(
@@ -208,7 +208,7 @@ def _sources(
 
 
 def _columns(arrays: Mapping[str, npt.NDArray[Any]], key: str, columns: tuple[str, ...]) -> Floats | None:
-    """Those columns of the table `key`, or None where one is missing."""
+    """The columns of the table `key`; None if one is missing."""
     rows, names = arrays.get(key), str(arrays.get(f"{key}_columns", "")).split(",")
     if rows is None or rows.ndim != 2 or rows.dtype.kind not in "fiu" or rows.shape[1] != len(names) or not len(rows):
         return None

@@ -1,4 +1,4 @@
-"""A race that is logged while it is driven."""
+"""Logs a race while it is driven."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from firstlap.recordings.write import Batch, LogWriter
 
 FIRST_BATCH, MOST_SCANS = 40, 1000
 BATCH_TIME = 0.05
-"""[s] that a batch shall take: the interpreter's lock is needed between batches alone, where the writer may hold it for
-some milliseconds; a slow driver's race shall still be interruptible, and its log up to date."""
+"""[s] Duration of a batch. The GIL is needed only between batches, when the writer may hold it for some milliseconds;
+the race of a slow driver must remain interruptible, and its log up to date."""
 HEADER = ("angle_min", "angle_increment", "time_increment", "range_min", "range_max")
 
 
 def race_about(running: _core.Race, setup: Setup, car: Car, what: str, seed: int) -> About:
-    """What the log of a race that has not begun says of itself."""
+    """The metadata of the log of a race that has not begun."""
     period = 1.0 / float(car.core.get("lidar", "rate"))  # type: ignore[arg-type]
     header = tuple(float(running.scan()[name]) for name in HEADER)
     return About(setup, car, what=what, header=header, scan_period=period, first_dt=period, seed=seed)
@@ -37,9 +37,9 @@ def drive_and_log(
     path: str | Path,
     look: Callable[[_core.Race], object] | None,
 ) -> None:
-    """Drives the race to its end and writes its log. Raises InputError where that cannot be written.
+    """Drives the race to its end and writes its log. Raises InputError if it cannot be written.
 
-    driver: the one that the race was made with. look: as of `firstlap.sim.race.race`.
+    driver: the driver of the race. look: as for `firstlap.sim.race.race`.
     """
     scans, known, count = 0, 0, FIRST_BATCH
     with LogWriter(path, about) as writer:
@@ -50,7 +50,7 @@ def drive_and_log(
             count = int(np.clip(count * BATCH_TIME / (time.perf_counter() - begin), 1, MOST_SCANS))
             columns = driver.take()
             if len(columns["dt"]):
-                # A driver that takes its time skips scans: dt tells how many.
+                # A slow driver skips scans; dt gives their number.
                 numbers = scans + np.cumsum(np.round(columns["dt"] / about.scan_period).astype(np.int64))
                 truth = _core.truth(running, known)
                 writer.put(_batch(columns, numbers, truth, known, about))

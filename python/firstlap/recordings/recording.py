@@ -1,4 +1,4 @@
-"""A recording as the rest of firstlap sees it, wherever it came from."""
+"""A recording, independent of its file format."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from firstlap.recordings.about import About
 Floats = npt.NDArray[np.float64]
 
 LONGEST_PAUSE = 0.5
-"""[s] between two scans; after more, the recording has a gap and the planner begins anew."""
+"""[s] Maximum time between two scans; after a longer gap the planner is reset."""
 
 
 @dataclass(frozen=True)
 class Commands:
-    """What drove the car while it was recorded, at each scan. (N,) m/s and rad, NaN where there was none."""
+    """The recorded commands at each scan: (N,) m/s and rad, NaN if there was none."""
 
     topic: str
     speed: Floats
@@ -30,24 +30,24 @@ class Commands:
 
 @dataclass(frozen=True)
 class Recording:
-    """Scans in the order of time with all that is known at each. SI units, base_link, left positive.
+    """Scans in order of time with the measured state at each. SI units, base_link, left positive.
 
-    ranges: N arrays of float32 [m]; their length may change from scan to scan. What is not finite or outside of
-        (range_min, range_max) is no return.
-    headers: (N, 5) angle_min, angle_increment [rad], time_increment [s], range_min, range_max [m]; the angles as of a
-        laser that looks ahead, whatever its mounting.
-    start: [s] of the first scan's last ray, by the clock of the recording. stamps: (N,) [s] of each since then,
+    ranges: N arrays of float32 [m]; their length may vary. Values that are not finite or outside of (range_min,
+        range_max) are not returns.
+    headers: (N, 5) angle_min, angle_increment [rad], time_increment [s], range_min, range_max [m]; the angles are for
+        a LiDAR that points forward, independent of its mounting.
+    start: time of the first scan's last beam [s], by the clock of the recording. stamps: (N,) [s] since then,
         increasing.
-    dts: (N,) [s] since the scan before.
-    states: (N, 3) measured speed [m/s], yaw rate [rad/s], wheel angle [rad].
-    sources: of "speed", "yaw_rate" and "steering_angle": what they were taken from, or "none" where they are zero; of
-        "laser": who said where it is mounted.
-    poses: (N, 3) x, y, yaw of base_link in `frame`, or None. frame: "map", "odom" or what the recording calls it.
-    odometry: (N, 3) x, y, yaw of base_link by odometry alone, where it is known beside poses in a map.
-    laser: where it is mounted, where the recording or a person says it; `headers` are turned by it already.
-    lateral_speed: (N,) [m/s] to the left, where the odometry says it; no driver uses it.
-    remarks: one line each: what was wrong, dropped or assumed.
-    about: for a log of ours, what it says of itself.
+    dts: (N,) [s] since the previous scan.
+    states: (N, 3) measured speed [m/s], yaw rate [rad/s], steering angle [rad].
+    sources: the sources of "speed", "yaw_rate" and "steering_angle", or "none" if they are zero; and that of "laser",
+        the LiDAR's mounting.
+    poses: (N, 3) x, y, yaw of base_link in `frame`, or None. frame: "map", "odom" or the recording's name for it.
+    odometry: (N, 3) x, y, yaw of base_link by odometry alone, if known in addition to poses in a map.
+    laser: the LiDAR's mounting, if known; `headers` are already rotated by it.
+    lateral_speed: (N,) [m/s] to the left, if in the odometry; no driver uses it.
+    remarks: one line each on what was wrong, dropped or assumed.
+    about: the metadata of our own logs.
     """
 
     name: str
@@ -73,7 +73,7 @@ class Recording:
         return len(self.ranges)
 
     def scan(self, index: int) -> Scan:
-        """One of them, as drivers take it."""
+        """One scan, as drivers receive it."""
         return Scan(np.ascontiguousarray(self.ranges[index], dtype=np.float32), *self.headers[index].tolist())
 
     @property
@@ -97,7 +97,7 @@ class Recording:
         return self.states[:, 2]
 
     def between(self, begin: float | None, end: float | None) -> Recording:
-        """The scans from `begin` to `end` seconds after the first. Raises InputError where there are none."""
+        """The scans from `begin` to `end` seconds after the first. Raises InputError if there are none."""
         for name, value in (("--from", begin), ("--to", end)):
             if value is not None and math.isnan(value):
                 raise InputError(f"{name} nan: expected seconds after the first scan")
@@ -107,7 +107,7 @@ class Recording:
         last_scan = int(np.searchsorted(self.stamps, np.inf if end is None else end + 1e-9))
         if first_scan >= last_scan:
             raise InputError(
-                f"{self.source}: has no scan between --from {0.0 if begin is None else begin:g} and "
+                f"{self.source}: no scan between --from {0.0 if begin is None else begin:g} and "
                 f"--to {self.duration if end is None else end:g}; it lasts {self.duration:.2f} s"
             )
         return self._part(slice(first_scan, last_scan))

@@ -1,4 +1,4 @@
-"""A replay that is logged: the recorded scans with what the planner made of them."""
+"""Logs a replay: the recorded scans with the planner's results."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from firstlap.recordings.step_log import Columns
 
 
 class Log:
-    """Takes the columns of a replay, batch by batch."""
+    """Receives the columns of a replay, batch by batch."""
 
     def __init__(self, recording: Recording, setup: Setup, car: Car, path: str | Path) -> None:
         from firstlap.recordings.write import LogWriter
@@ -36,7 +36,7 @@ class Log:
         self._times = round(recording.start * 1e9) + np.asarray(np.round(recording.stamps * 1e9), dtype=np.int64)
 
     def put(self, part: slice, columns: Columns) -> None:
-        """The columns of those scans. Raises InputError where they cannot be written."""
+        """Writes the columns of a batch of scans. Raises InputError if they cannot be written."""
         from firstlap.recordings.write import Batch
 
         recording = self._recording
@@ -56,7 +56,7 @@ class Log:
 
 @contextmanager
 def log_of(recording: Recording, setup: Setup, car: Car, path: str | Path) -> Iterator[Log]:
-    """A log that is ended with its `with`. Raises InputError where it cannot be written."""
+    """A log as a context manager. Raises InputError if it cannot be written."""
     log = Log(recording, setup, car, path)
     with log.writer:
         yield log

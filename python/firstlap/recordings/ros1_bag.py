@@ -1,4 +1,4 @@
-"""ROS 1 bags, read from front to end without their index: that works for unindexed and cut-off ones alike."""
+"""Reads ROS 1 bags sequentially without their index, which also works for unindexed and truncated files."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ MAGIC = b"#ROSBAG V2.0\n"
 
 
 def open_bag(path: Path) -> Stored:
-    """What the bag holds; nothing but its first line is read before `messages`. Raises InputError."""
+    """Opens the bag; only its first line is read before `messages`. Raises InputError."""
     check_magic(path, MAGIC, "a ROS 1 bag of version 2.0")
     stored = Stored()
     stored.messages = lambda: _messages(path, stored)
@@ -46,7 +46,7 @@ def _messages(path: Path, stored: Stored) -> Iterator[Message]:
                 for message in messages:
                     yield message
                     read += 1
-    except Exception:  # a damaged file may make the library raise anything
+    except Exception:  # the library may raise any exception for a damaged file
         stored.remarks.append(stopped(path, read))
 
 

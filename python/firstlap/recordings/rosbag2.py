@@ -1,4 +1,4 @@
-"""rosbag2: folders of sqlite3 or MCAP files with their metadata.yaml, single .db3 files, and compressed ones."""
+"""Reads rosbag2: folders of sqlite3 or MCAP files with metadata.yaml, single .db3 files, and compressed files."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from firstlap.recordings.paths import COMPRESSED, STORAGES, ending_of
 
 SQLITE_MAGIC = b"SQLite format 3\0"
 SQLITE_PAGES = struct.Struct(">16xH10xI")
-"""In the database's head: bytes of a page (1 is 65536), pages."""
+"""Page size in bytes (1 means 65536) and number of pages in the database header."""
 
 
 def open_db3(path: Path) -> Stored:
-    """What one sqlite3 file holds; nothing but its first bytes is read before `messages`. Raises InputError."""
+    """Opens one sqlite3 file; only its first bytes are read before `messages`. Raises InputError."""
     check_magic(path, SQLITE_MAGIC, "an SQLite database")
     stored = Stored()
     stored.messages = lambda: _rows(path, stored)
@@ -33,13 +33,13 @@ def open_db3(path: Path) -> Stored:
 
 
 def _rows(path: Path, stored: Stored) -> Iterator[Message]:
-    # Without a write-ahead log beside it nobody writes, and then nothing needs to be locked or created.
+    # Without a write-ahead log no process is writing, and no lock or file is needed.
     writing = path.with_name(path.name + "-wal").exists()
     address = f"{path.resolve().as_uri()}?mode=ro{'' if writing else '&immutable=1'}"
     read = odd = 0
     try:
         with closing(sqlite3.connect(address, uri=True, check_same_thread=False)) as database:
-            database.execute("PRAGMA writable_schema=ON")  # else a file that is cut off is refused as a whole
+            database.execute("PRAGMA writable_schema=ON")  # otherwise sqlite refuses a truncated file
             names: dict[int, str] = {}
             topics = database.execute("SELECT id, name, type, serialization_format FROM topics")
             for key, name, kind, encoding in topics:
@@ -58,13 +58,11 @@ def _rows(path: Path, stored: Stored) -> Iterator[Message]:
         if not writing and _is_short(path):
             stored.remarks.append(stopped(path, read, "cut off"))
     if odd:
-        stored.remarks.append(
-            f"{path.name} is damaged: {odd} of its messages are of no topic, or have no time or bytes"
-        )
+        stored.remarks.append(f"{path.name} is damaged: {odd} messages without topic, time or bytes")
 
 
 def _is_short(path: Path) -> bool:
-    """Whether the file is shorter than its head says."""
+    """Whether the file is shorter than stated in its header."""
     with path.open("rb") as file:
         head = file.read(SQLITE_PAGES.size)
     if len(head) < SQLITE_PAGES.size:
@@ -74,23 +72,23 @@ def _is_short(path: Path) -> bool:
 
 
 def open_folder(path: Path) -> Stored:
-    """What a rosbag2 folder holds. Raises InputError where there is nothing to read in it.
+    """Opens a rosbag2 folder. Raises InputError if it contains no recording.
 
-    Without a readable metadata.yaml the files that lie in the folder are read.
+    Without a readable metadata.yaml, the files in the folder are read.
     """
     stored = Stored()
     about = _metadata(path, stored)
     files = _files(path, about, stored)
     packed = str(about.get("compression_mode") or "").lower()
     if packed not in ("", "none") and str(about.get("compression_format")) != "zstd":
-        raise InputError(f"{path}: packed by '{about.get('compression_format')}'; known is zstd")
+        raise InputError(f"{path}: compressed with '{about.get('compression_format')}'; expected zstd")
     stored.claimed = _claimed(about)
     stored.messages = lambda: _messages(files, stored)
     return stored
 
 
 def open_packed(path: Path) -> Stored:
-    """What one compressed file of a rosbag2 holds. Raises InputError."""
+    """Opens one compressed file of a rosbag2. Raises InputError."""
     check_magic(path, ZSTD_MAGIC, "compressed by zstd")
     stored = Stored()
     stored.messages = lambda: _messages([path], stored)
@@ -100,7 +98,7 @@ def open_packed(path: Path) -> Stored:
 def _metadata(path: Path, stored: Stored) -> dict[str, Any]:
     file = path / "metadata.yaml"
     if not file.is_file():
-        stored.remarks.append("there is no metadata.yaml; the files in the folder were read")
+        stored.remarks.append("no metadata.yaml; the files in the folder were read")
         return {}
     try:
         if file.stat().st_size > MAX_YAML_BYTES:
@@ -111,13 +109,13 @@ def _metadata(path: Path, stored: Stored) -> dict[str, Any]:
         return about
     except OSError:
         raise
-    except Exception:  # PyYAML's constructors raise nearly anything for a tag that does not fit its value
-        stored.remarks.append("metadata.yaml cannot be understood; the files in the folder were read")
+    except Exception:  # PyYAML's constructors may raise any exception for an invalid tag
+        stored.remarks.append("metadata.yaml is invalid; the files in the folder were read")
         return {}
 
 
 def _claimed(about: dict[str, Any]) -> dict[str, int]:
-    """Messages of each topic as the metadata has them; what it does not say properly is not claimed."""
+    """The number of messages per topic in the metadata; invalid entries are ignored."""
     claimed = {}
     topics = about.get("topics_with_message_count")
     for topic in topics if isinstance(topics, list) else ():
@@ -129,27 +127,27 @@ def _claimed(about: dict[str, Any]) -> dict[str, int]:
 
 
 def _files(path: Path, about: dict[str, Any], stored: Stored) -> list[Path]:
-    """The files in their order."""
+    """The files in order."""
     storage = str(about.get("storage_identifier") or "")  # a reindex may leave it empty
     if storage and storage not in STORAGES:
-        raise InputError(f"{path}: unknown storage '{storage[:60]}'; known are {', '.join(STORAGES)}")
+        raise InputError(f"{path}: unknown storage '{storage[:60]}'; expected {', '.join(STORAGES)}")
     suffixes = [STORAGES[storage]] if storage else list(STORAGES.values())
     lying = sorted(file for file in path.iterdir() if file.is_file() and _suffix(file) in suffixes)
     listed = about.get("relative_file_paths")
     named = [path / PurePath(str(name)).name for name in listed] if isinstance(listed, list) else []
     missing = [file.name for file in named if not file.is_file()]
     if missing:
-        stored.remarks.append(f"metadata.yaml names {', '.join(missing)[:200]}, which is not there")
+        stored.remarks.append(f"metadata.yaml names {', '.join(missing)[:200]}, which does not exist")
     files = [file for file in named if file.is_file()] or lying
     if not files:
-        raise InputError(f"{path}: a folder without recording; {_instead(path, suffixes)}")
+        raise InputError(f"{path}: the folder contains no recording; {_instead(path, suffixes)}")
     return files
 
 
 def _instead(path: Path, suffixes: list[str]) -> str:
-    """What to name instead of a folder that is no rosbag2, but may hold recordings of other kinds."""
+    """The hint for a folder that is not a rosbag2 but may contain other recordings."""
     other = sorted(file.name for file in path.iterdir() if file.is_file() and ending_of(file))
-    return f"name a file in it, {other[0]}" if other else f"expected {' or '.join(suffixes)} files in it"
+    return f"give a file in it, such as {other[0]}" if other else f"expected {' or '.join(suffixes)} files in it"
 
 
 def _suffix(file: Path) -> str:
@@ -165,10 +163,10 @@ def _messages(files: list[Path], stored: Stored) -> Iterator[Message]:
             try:
                 part = opener(_unpacked(file, Path(folder)))
             except (zstandard.ZstdError, OSError):
-                stored.remarks.append(f"{file.name} cannot be unpacked: it is cut off or damaged")
+                stored.remarks.append(f"{file.name} cannot be decompressed: truncated or damaged")
                 continue
             except InputError as error:
-                stored.remarks.append(f"{str(error).rpartition('/')[2]}; it was left out")
+                stored.remarks.append(f"{str(error).rpartition('/')[2]}; it was skipped")
                 continue
             part.topics, part.remarks, part.metadata = stored.topics, stored.remarks, stored.metadata
             part.wanted = stored.wanted

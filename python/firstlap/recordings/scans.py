@@ -1,4 +1,4 @@
-"""From LaserScan messages to arrays: the core's judge says which scans are used, the rest is counted."""
+"""Converts LaserScan messages to arrays; scans that fail the core's check are counted and dropped."""
 
 from __future__ import annotations
 
@@ -17,20 +17,19 @@ Nanoseconds = npt.NDArray[np.int64]
 
 USABLE = "none"
 BLIND = "blind_ahead"
-"""The fault that another mounting mends."""
+"""The fault that a different mounting fixes."""
 OF_RANGES = ("no_returns", "nothing_in_reach")
-"""Faults of what a scan saw, not of its header: such scans are kept, for the planner to hold at as on the car."""
+"""Faults of a scan's ranges, not of its header: such scans are kept, and the planner holds as on the car."""
 NUMBER = re.compile(r"[\d.-]+")
-"""In a remark: remarks that differ by their numbers only, however long, are of one kind."""
+"""Numbers in a remark: remarks that differ only in numbers are of the same kind."""
 WORTH_SAYING = 0.1
-"""Share of the scans that must have a remark of the judge's for it to be said."""
+"""Share of the scans above which a remark of the check is reported."""
 
 
 class Scans(NamedTuple):
-    """ranges: N float32 arrays; headers (N, 5) as messages have them; stamped, logged (N,) [ns].
+    """ranges: N float32 arrays; headers (N, 5) as in the messages; stamped, logged (N,) [ns].
 
-    usable: how many of them the planner takes. fault, reason: the commonest of those that it does not; empty where
-    there are none.
+    usable: number of valid scans. fault, reason: the most frequent fault of the others; empty if there are none.
     """
 
     ranges: list[npt.NDArray[np.float32]]
@@ -44,7 +43,7 @@ class Scans(NamedTuple):
 
 
 class Findings:
-    """What the judge said of one scan after the other, counted."""
+    """Counts the results of the scan check."""
 
     def __init__(self) -> None:
         self.usable = self._total = 0
@@ -52,7 +51,7 @@ class Findings:
         self._remarks: dict[str, list[str]] = {}
 
     def keeps(self, judgment: Judgment) -> bool:
-        """Counts it; whether the scan belongs to the recording."""
+        """Counts the result; returns whether the scan is kept."""
         self._total += 1
         if judgment.fault == USABLE:
             self.usable += 1
@@ -64,19 +63,19 @@ class Findings:
 
     @property
     def fault(self) -> str:
-        """The commonest one; empty where there is none."""
+        """The most frequent fault; empty if there is none."""
         return max(self._faults, key=lambda fault: len(self._faults[fault])) if self._faults else ""
 
     @property
     def reason(self) -> str:
-        """Of the commonest fault, in the words of its first scan."""
+        """The reason of the most frequent fault, from its first scan."""
         return self._faults[self.fault][0] if self._faults else ""
 
     def remarks(self) -> list[str]:
-        """One line for each kind, in the words of its first scan."""
+        """One line per kind, from its first scan."""
         said = []
         for fault, reasons in self._faults.items():
-            what = "scans cannot be used" if fault in OF_RANGES else "scans left out"
+            what = "invalid scans" if fault in OF_RANGES else "scans left out"
             said.append(f"{len(reasons)} {what}: {reasons[0]}")
         often = [found for found in self._remarks.values() if len(found) >= WORTH_SAYING * self._total]
         return [*said, *(f"{found[0]} (in {len(found)} of {self._total} scans)" for found in often)]
@@ -87,7 +86,7 @@ def _without_numbers(text: str) -> str:
 
 
 def collect(messages: list[tuple[int, Any]], mount: Mount | None) -> Scans:
-    """Scans of (time of logging [ns], LaserScan), in their order. mount: of the laser, where it is known."""
+    """Collects the scans from (log time [ns], LaserScan), in order. mount: the LiDAR's mounting, if known."""
     period = usual_period(np.array([nanoseconds(scan.header.stamp) for _, scan in messages], dtype=np.int64)) / 1e9
     findings, kept = Findings(), list[tuple[int, Any]]()
     for time, message in messages:
@@ -111,12 +110,12 @@ def collect(messages: list[tuple[int, Any]], mount: Mount | None) -> Scans:
 
 
 def nanoseconds(stamp: Any) -> int:
-    """builtin_interfaces/Time as one number."""
+    """builtin_interfaces/Time in nanoseconds."""
     return int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)
 
 
 def _mounted(message: Any, mount: Mount | None) -> tuple[Scan, float]:
-    """The scan as a laser that looks ahead would have it, and its angle_max."""
+    """The scan for a LiDAR that points forward, and its angle_max."""
     first, step, last = message.angle_min, message.angle_increment, message.angle_max
     if mount is not None:
         (first, step), (last, _) = mount.turned(first, step), mount.turned(last, step)
@@ -129,4 +128,4 @@ def _sizes(ranges: list[npt.NDArray[np.float32]]) -> list[str]:
     if len(sizes) < 2:
         return []
     listed = ", ".join(f"{count} of {size} beams" for size, count in sizes.most_common(4))
-    return [f"the scans change size: {listed}; each is read by its own header"]
+    return [f"the number of beams changes: {listed}; each scan is read with its own header"]

@@ -1,4 +1,4 @@
-"""What the car knew of itself at each scan, from whatever the recording holds."""
+"""The measured state at each scan, from the available topics of a recording."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ Floats = npt.NDArray[np.float64]
 
 
 STEEPEST = 1.0
-"""[rad] that no steering angle of a car exceeds: what does is in degrees, in percent, or noise."""
+"""[rad] Maximum plausible steering angle; larger values are degrees, percent, or noise."""
 NOISE = 0.01
-"""Share of the angles that may be noise; where more are too large, they are all in another unit."""
+"""Share of too large angles up to which they are noise; above, all angles are in another unit."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Series:
     values: Floats
 
     def at(self, times: Floats) -> Floats:
-        """(N, K) linearly between, held at the ends."""
+        """(N, K) linearly interpolated, constant beyond the ends."""
         columns = [np.interp(times, self.times, column) for column in self.values.T]
         return np.column_stack(columns).reshape(len(times), self.values.shape[1])
 
@@ -42,11 +42,11 @@ class Series:
 
 @dataclass(frozen=True)
 class Sources:
-    """What a recording holds; each may be missing.
+    """The topics of a recording; each may be missing.
 
     twist: speed, yaw rate. lateral: speed to the left. turning: yaw rate of an IMU.
-    commands: speed, wheel angle. steering: wheel angle.
-    poses: x, y, yaw (unwrapped). imu_first: the IMU's yaw rate counts where there are two.
+    commands: speed, steering angle. steering: steering angle.
+    poses: x, y, yaw (unwrapped). imu_first: the IMU's yaw rate has priority.
     """
 
     twist: Series | None = None
@@ -60,7 +60,7 @@ class Sources:
 
 @dataclass(frozen=True)
 class States:
-    """states (N, 3) and their sources, as of Recording."""
+    """states (N, 3) and their sources, as in Recording."""
 
     states: Floats
     sources: dict[str, str]
@@ -68,14 +68,14 @@ class States:
 
 
 def states_at(times: Floats, held: Sources, speed: float | None) -> States:
-    """The state at each of `times`. speed [m/s] serves where the recording tells none."""
+    """The state at each of `times`. speed [m/s]: used if the recording has none."""
     sources: dict[str, str] = {}
     remarks: list[str] = []
     columns = np.zeros((len(times), 3))
     twist, from_poses = held.twist, None
     if held.poses is not None and (twist is None or _stands(twist, held.poses)):
         twist, from_poses = motion_of(held.poses), held.poses.name
-        remarks.append(f"speed and yaw rate were made from the poses of {from_poses}")
+        remarks.append(f"speed and yaw rate were computed from the poses of {from_poses}")
     if twist is not None:
         columns[:, :2] = twist.at(times)
         sources.update(speed=f"odometry ({twist.name})", yaw_rate=f"odometry ({twist.name})")
@@ -83,13 +83,13 @@ def states_at(times: Floats, held: Sources, speed: float | None) -> States:
     elif held.commands is not None and np.all(np.isfinite(held.commands.values[:, 0])):
         columns[:, 0] = held.commands.at(times)[:, 0]
         sources["speed"] = f"commands ({held.commands.name})"
-        remarks.append(f"no odometry: the speed is the commanded one of {held.commands.name}")
+        remarks.append(f"no odometry: the commanded speed is used, from {held.commands.name}")
     else:
         columns[:, 0] = 1.0 if speed is None else speed
         sources["speed"] = "none"
-        remarks.append(f"neither odometry nor commands: the speed is taken to be {columns[0, 0]:g} m/s")
+        remarks.append(f"neither odometry nor commands: a speed of {columns[0, 0]:g} m/s is assumed")
     if speed is not None and sources["speed"] != "none":
-        remarks.append(f"the speed of {speed:g} m/s is not used: it is known from {sources['speed']}")
+        remarks.append(f"the speed of {speed:g} m/s is not used: the recording has it, from {sources['speed']}")
     _add_steering(times, held, columns, sources)
     _add_yaw_rate(times, held, columns, sources, remarks)
     return States(columns, sources, remarks)
@@ -114,8 +114,8 @@ def _add_yaw_rate(times: Floats, held: Sources, columns: Floats, sources: dict[s
     elif not turns and sources["steering_angle"] != "none":
         wheelbase = float(CAR_FIELDS.find("geometry.wheelbase", "car").default)
         columns[:, 1] = columns[:, 0] * np.tan(np.clip(columns[:, 2], -1.0, 1.0)) / wheelbase
-        sources["yaw_rate"] = f"wheel angle, {sources['steering_angle']}"
-        remarks.append(f"no yaw rate: it was made from speed and wheel angle, wheelbase {wheelbase:g} m")
+        sources["yaw_rate"] = f"steering angle, {sources['steering_angle']}"
+        remarks.append(f"no yaw rate: it was computed from speed and steering angle, wheelbase {wheelbase:g} m")
     elif not turns:
         sources["yaw_rate"] = sources.get("yaw_rate", "none")
 
@@ -123,11 +123,11 @@ def _add_yaw_rate(times: Floats, held: Sources, columns: Floats, sources: dict[s
 def _note_missing(times: Floats, series: Series, what: str, remarks: list[str]) -> None:
     lost = int(np.count_nonzero(~series.near(times)))
     if lost:
-        remarks.append(f"{lost} scans have no {what} within {LONGEST_PAUSE:g} s: the last value is held")
+        remarks.append(f"{lost} scans have no {what} within {LONGEST_PAUSE:g} s: the last value is used")
 
 
 def _stands(twist: Series, poses: Series) -> bool:
-    """Whether the twist was never filled in, though the car moved."""
+    """Whether the twist is always zero although the car moved."""
     return not np.any(twist.values) and bool(np.ptp(poses.values[:, :2], axis=0).max() > 0.5)
 
 
@@ -144,8 +144,8 @@ def motion_of(poses: Series) -> Series:
 
 
 def in_radians(series: Series | None, column: int, remarks: list[str]) -> Series | None:
-    """The series without steering angles that are none in radians: of all where it is another unit (then NaN), else
-    without those rows. `column` holds the angles [rad]."""
+    """The series without implausible steering angles: all become NaN if they are in another unit, else the affected
+    rows are dropped. `column`: of the angles [rad]."""
     if series is None:
         return None
     angles = series.values[:, column]
@@ -157,14 +157,16 @@ def in_radians(series: Series | None, column: int, remarks: list[str]) -> Series
     if count <= NOISE * len(wrong):
         remarks.append(f"{said}: these were dropped")
         return Series(series.name, series.times[~wrong], series.values[~wrong])
-    remarks.append(f"{said}, the largest {np.abs(angles).max():.3g}: degrees or percent, not radians; none is used")
+    remarks.append(
+        f"{said}, the largest {np.abs(angles).max():.3g}: degrees or percent instead of radians; all were dropped"
+    )
     values = series.values.copy()
     values[:, column] = np.nan
     return Series(series.name, series.times, values)
 
 
 def commands_at(times: Floats, commands: Series | None) -> Commands | None:
-    """The recorded commands at each scan, NaN where there is none near."""
+    """The recorded commands at each scan, NaN if there is none near."""
     if commands is None:
         return None
     values = np.where(commands.near(times)[:, None], commands.at(times), np.nan)
@@ -172,7 +174,7 @@ def commands_at(times: Floats, commands: Series | None) -> Commands | None:
 
 
 def series(name: str, times: Floats, values: Floats) -> Series | None:
-    """Sorted by time, each time once, without what is not finite; None where nothing is left."""
+    """A series sorted by time, without repeated times and values that are not finite; None if it is empty."""
     values = np.asarray(values, dtype=np.float64).reshape(len(times), -1)
     good = np.isfinite(times) & np.all(np.isfinite(values), axis=1)
     times, values = np.asarray(times, dtype=np.float64)[good], values[good]

@@ -1,4 +1,4 @@
-"""Columns of many steps, as the C++ side hands them over."""
+"""Columns of many steps, as returned by the core."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 STATUSES = ("ok", "holding", "no_path", "blocked", "bad_scan", "bad_state")
-"""In the order of `Status` in cpp/firstlap/types.hpp."""
+"""In the order of `Status` in the core."""
 SEQUENCES = {
     "left": ("x", "y", "age"),
     "right": ("x", "y", "age"),
@@ -22,7 +22,7 @@ Columns = Mapping[str, Any]
 
 
 def rows_of(columns: Columns, name: str) -> list[npt.NDArray[np.float64]]:
-    """The sequence `name` of every scan; nothing where the driver has no such thing."""
+    """The sequence `name` of every scan; empty if the driver has none."""
     sizes = columns[f"{name}_size"]
     if len(sizes) == 0:
         return []

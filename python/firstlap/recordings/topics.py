@@ -1,4 +1,4 @@
-"""Which topic is what: found by type, by the names that are usual, or named by a person."""
+"""Assigns topics to roles: by type, by usual names, or as set by the user."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ TF, TF_STATIC = "/tf", "/tf_static"
 
 
 class Role(NamedTuple):
-    """What a topic can be for. usual: of several topics of its types the first of these names is taken."""
+    """A role of a topic. usual: of several topics of the role's types, the first of these names is chosen."""
 
     option: str
     types: tuple[str, ...]
@@ -46,19 +46,19 @@ DRIVE = Role(
     "--drive-topic",
     ("ackermann_msgs/msg/AckermannDriveStamped", "ackermann_msgs/msg/AckermannDrive"),
     (
-        # What reached the motor: behind the multiplexers of autonomy and joystick.
+        # Commands to the motor, after the multiplexer of autonomy and joystick.
         "/ackermann_cmd",
         "/ackermann_drive",
         "/vesc/low_level/ackermann_cmd_mux/output",
         "/vesc/low_level/ackermann_cmd",
         "/vesc/ackermann_cmd",
-        # What autonomy asked for.
+        # Commands of the autonomy.
         "/drive",
         "/vesc/high_level/ackermann_cmd_mux/output",
         "/vesc/high_level/ackermann_cmd",
         "/vesc/high_level/ackermann_cmd_mux/input/nav_1",
         "/vesc/low_level/ackermann_cmd_mux/input/navigation",
-        # What a person asked for.
+        # Commands of a human driver.
         "/teleop",
         "/vesc/low_level/ackermann_cmd_mux/input/teleop",
     ),
@@ -77,14 +77,14 @@ NOT_THE_CAR = (
     "/car_state/frenet/odom",
     "/car_state/frenet/pose",
 )
-"""Of a role's type, and never what it wants, unless a person names it: goals, guesses, places along a line."""
+"""Topics of a role's type that are never chosen automatically: goals, initial poses, waypoints."""
 
 
 @dataclass(frozen=True)
 class Topics:
-    """What a person says of a recording. Names of topics: None is to be found, "none" is not to be used.
+    """The user's settings for a recording. Topic names: None is chosen automatically, "none" is not used.
 
-    laser: where it is mounted, whatever the recording says. speed: [m/s] where the recording tells none.
+    laser: the LiDAR's mounting, overrides the recording. speed: [m/s], used if the recording has none.
     """
 
     scan: str | None = None
@@ -98,7 +98,7 @@ class Topics:
 
 @dataclass(frozen=True)
 class Roles:
-    """The topic of each role; None where there is none. remarks: one line for each choice among several."""
+    """The topic of each role; None if there is none. remarks: one line per choice among several topics."""
 
     scan: Topic
     odom: Topic | None
@@ -109,15 +109,15 @@ class Roles:
     remarks: tuple[str, ...] = ()
 
     def names(self) -> dict[str, str]:
-        """{role: topic}, those that are there."""
+        """{role: topic} of the roles that have one."""
         return {role: topic.name for role, topic in vars(self).items() if isinstance(topic, Topic)}
 
 
 def choose(topics: Mapping[str, Topic], wanted: Topics, ours: bool, where: str) -> Roles:
-    """Finds each role's topic among those that hold messages.
+    """Chooses each role's topic among those that have messages.
 
-    ours: a log of our own writing, whose names are known. Raises InputError where it takes a person to choose, with
-    all choices at once.
+    ours: one of our own logs, whose topic names are known. Raises InputError with all open choices if the user must
+    choose.
     """
     truth = topics.get("/ground_truth/odom") if ours else None
     if ours:
@@ -134,8 +134,8 @@ def choose(topics: Mapping[str, Topic], wanted: Topics, ours: bool, where: str) 
         raise InputError(f"{where}: has {'; '.join(chooser.open)}")
     scan = found.pop("scan")
     if scan is None:
-        held = ", ".join(sorted({topic.type for topic in topics.values()})) or "no message at all"
-        raise InputError(f"{where}: no LaserScan inside; it holds {held[:300]}")
+        held = ", ".join(sorted({topic.type for topic in topics.values()})) or "no messages"
+        raise InputError(f"{where}: contains no LaserScan, only {held[:300]}")
     steering = topics.get("/joint_states") if ours else None
     return Roles(scan, **found, steering=steering, remarks=tuple(chooser.remarks))
 
@@ -149,7 +149,7 @@ def _ours(wanted: Topics, topics: Mapping[str, Topic]) -> Topics:
 
 
 class _Chooser:
-    """Finds roles' topics. remarks: what was chosen among several. open: what only a person can choose."""
+    """Chooses the topics of roles. remarks: choices made among several. open: choices that the user must make."""
 
     def __init__(self, topics: Mapping[str, Topic], where: str) -> None:
         self._topics, self._where = topics, where
@@ -157,7 +157,7 @@ class _Chooser:
         self.open: list[str] = []
 
     def find(self, role: Role, wanted: str | None) -> Topic | None:
-        """The role's topic. Raises InputError where `wanted` is none of its type."""
+        """The role's topic. Raises InputError if `wanted` is not a topic of its type."""
         if wanted == NONE and not role.needed:
             return None
         of_type = sorted(name for name, topic in self._topics.items() if topic.type in role.types)
@@ -174,7 +174,7 @@ class _Chooser:
                 return self._topics[name]
         listed = ", ".join(candidates) or "none"
         raise InputError(
-            f"{self._where}: {role.option} {wanted[:80]}: not a {_short(role)} topic with messages; those are {listed}"
+            f"{self._where}: {role.option} {wanted[:80]}: not a {_short(role)} topic with messages; expected {listed}"
         )
 
     def _usual(self, role: Role, candidates: list[str]) -> Topic | None:
@@ -188,7 +188,7 @@ class _Chooser:
             return None
         others = ", ".join(name for name in candidates if name != chosen)
         self.remarks.append(
-            f"of {len(candidates)} {_short(role)} topics {chosen} was taken, not {others}: see {role.option}"
+            f"of {len(candidates)} {_short(role)} topics, {chosen} is used, not {others}: see {role.option}"
         )
         return self._topics[chosen]
 

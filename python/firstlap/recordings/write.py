@@ -1,4 +1,4 @@
-"""Logs of ours: MCAP files of standard ROS messages, written beside the race by another thread."""
+"""Writes our own logs: MCAP files of standard ROS messages, written by a separate thread during the race."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ from firstlap.recordings.step_log import Columns, rows_of
 Floats = npt.NDArray[np.float64]
 
 WAITING = 8000
-"""Scans that may wait to be written, about 150 MB: then the race waits too, rather than lose any."""
+"""Maximum number of scans that wait to be written, about 150 MB; then the race waits, so that none is lost."""
 FLUSH_EVERY = 0.5
-"""[s] at most between two flushes: what is lost when the process is killed."""
+"""[s] Maximum time between two flushes: this much is lost if the process is killed."""
 ANYBODY = 0o666
-"""Permissions of a new file, less the process's mask."""
+"""Permissions of a new file, before the umask."""
 TOPICS = {
     "/scan": ros.LASER_SCAN,
     "/odom": ros.ODOMETRY,
@@ -55,16 +55,16 @@ LATCHED = (
     "  liveliness: 1\n  liveliness_lease_duration:\n    sec: 9223372036\n    nsec: 854775807\n"
     "  avoid_ros_namespace_conventions: false"
 )
-"""For /tf_static, so that a player publishes it to those who come late."""
+"""QoS of /tf_static, so that a player publishes it to late subscribers."""
 
 
 @dataclass(frozen=True)
 class Batch:
-    """Some scans in a row with what was made of them.
+    """Consecutive scans with their results.
 
-    times: (N,) [ns] of the last rays; scan_time: [s] between two scans of the laser; ranges: N arrays; headers (N, 5),
-    measured (N, 3) as of Recording; truth: poses (N, 3) in the map
-    with speed and yaw rate (N, 2), or None; columns: of the steps, as of `_core.replay`.
+    times: (N,) [ns] of the last beams; scan_time: [s] between two scans; ranges: N arrays; headers (N, 5),
+    measured (N, 3) as in Recording; truth: poses (N, 3) in the map
+    with speed and yaw rate (N, 2), or None; columns: of the steps, as in `_core.replay`.
     """
 
     times: npt.NDArray[np.int64]
@@ -77,11 +77,11 @@ class Batch:
 
 
 class LogWriter:
-    """Writes batches in their order; `close`, or leaving the `with`, waits until all is written.
+    """Writes batches in order; `close`, or leaving the `with` block, waits until everything is written.
 
-    The file is written as the race goes on, so that what was driven until a crash, or until the disk was full, can be
-    replayed. A file that could not be written is reported by the next `put` or by `close` as InputError, one that
-    another process writes at once.
+    The file is written during the race, so that the part before a crash, or before the disk was full, can be replayed.
+    A write error is raised as InputError by the next `put` or by `close`; the constructor raises it for a file that
+    another process is writing.
     """
 
     def __init__(self, path: str | Path, about: About) -> None:
@@ -96,7 +96,7 @@ class LogWriter:
         self._thread.start()
 
     def put(self, batch: Batch) -> None:
-        """Hands a batch over; waits only where too many are waiting. Raises InputError."""
+        """Queues a batch; waits only if the queue is full. Raises InputError."""
         with self._room:
             self._room.wait_for(lambda: self._waiting < WAITING or self._error is not None)
             self._waiting += len(batch.times)
@@ -104,7 +104,7 @@ class LogWriter:
         self._queue.put(batch)
 
     def close(self) -> None:
-        """Waits for the rest and ends the file. Raises InputError."""
+        """Waits for the queued batches and finishes the file. Raises InputError."""
         if self._thread.is_alive():
             self._queue.put(None)
             self._thread.join()
@@ -149,21 +149,22 @@ class LogWriter:
                     self._waiting -= len(batch.times)
                     self._room.notify()
             log.finish()
-        except BaseException as error:  # the other thread raises it
+        except BaseException as error:  # raised in the other thread
             with self._room:
                 self._error = error
                 self._room.notify()
 
 
 def _open_alone(path: Path) -> IO[bytes]:
-    """The file, empty, and locked until it is closed; what another process writes stays as it is. Raises InputError."""
+    """Opens the file, empty, and locked until it is closed. Raises InputError, also if another process is writing
+    it."""
     try:
         file = os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT, ANYBODY), "wb")
     except OSError as error:
         raise InputError(f"{path}: cannot be written ({error.strerror or error})") from None
     try:
         lock_open_file(file, path, f"{path}: is being written by another process; expected another file name")
-        if stat.S_ISREG(os.fstat(file.fileno()).st_mode):  # a device or a pipe has no length
+        if stat.S_ISREG(os.fstat(file.fileno()).st_mode):  # a device or a pipe cannot be truncated
             file.truncate()
     except BaseException:
         file.close()
@@ -172,7 +173,7 @@ def _open_alone(path: Path) -> IO[bytes]:
 
 
 class _Log:
-    """The file's content."""
+    """The content of the file."""
 
     def __init__(self, file: Any, about: About) -> None:
         self._writer = Writer(file, compression=CompressionType.ZSTD)
@@ -223,7 +224,7 @@ class _Log:
         self._put("/tf", now, ros.transforms(now, frames))
 
     def _dead_reckon(self, now: int, speed: float, yaw_rate: float) -> None:
-        """The pose as the car itself would count it."""
+        """The pose by dead reckoning."""
         if self._last is not None:
             before, speed_before, yaw_rate_before = self._last
             dt = (now - before) / 1e9
@@ -244,17 +245,17 @@ class _Log:
         self._put("/firstlap/numbers", now, ros.numbers(np.array([columns[name][i] for name in ros.NUMBERS])))
 
     def flush(self) -> None:
-        """Everything so far is in the file after it."""
+        """Flushes everything written so far."""
         self._writer.flush()  # type: ignore[no-untyped-call]
         self._flushed = time.monotonic()
 
     def finish(self) -> None:
-        """Index and end of the file."""
+        """Writes the index and the end of the file."""
         self._writer.finish()  # type: ignore[no-untyped-call]
 
 
 def _before(pose: Floats, odom: Floats) -> Floats:
-    """The frame in which `odom` is seen where `pose` is: pose = it, then odom."""
+    """The transform t with pose = t * odom."""
     yaw = pose[2] - odom[2]
     c, s = np.cos(yaw), np.sin(yaw)
     return np.array([pose[0] - c * odom[0] + s * odom[1], pose[1] - s * odom[0] - c * odom[1], yaw])

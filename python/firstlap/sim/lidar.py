@@ -1,4 +1,4 @@
-"""What the simulator needs of a track, and its lidar alone."""
+"""The simulator's track, and its LiDAR alone."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _tracks: WeakKeyDictionary[Track, _core.Track] = WeakKeyDictionary()
 
 
 def core_track(track: Track) -> _core.Track:
-    """The track as the simulator takes it; made once, immutable, shared by any number of races."""
+    """The simulator's track; made once, immutable, shared by any number of races."""
     if track not in _tracks:
         try:
             _tracks[track] = _core.Track(**track.to_arrays())
@@ -26,7 +26,7 @@ def core_track(track: Track) -> _core.Track:
 
 
 class Lidar:
-    """A car's lidar on a track, exact against its walls and without noise."""
+    """A car's LiDAR on a track, exact and without noise."""
 
     def __init__(self, track: Track, car: str | Car = "default") -> None:
         self.car = car if isinstance(car, Car) else load_car(car)
@@ -34,10 +34,10 @@ class Lidar:
 
     @property
     def angles(self) -> npt.NDArray[np.float64]:
-        """(beams,) angle of each beam in the laser's frame [rad], right to left."""
+        """(beams,) angle of each beam in the LiDAR's frame [rad], right to left."""
         lidar = self.car.core.values()["lidar"]
         return np.linspace(-lidar["fov"] / 2, lidar["fov"] / 2, int(lidar["beams"]))
 
     def scan(self, x: float, y: float, yaw: float) -> npt.NDArray[np.float32]:
-        """(beams,) ranges [m] from the laser's pose in the map frame [m, rad]; +inf where nothing is in range."""
+        """(beams,) ranges [m] from the LiDAR's pose in the map frame [m, rad]; +inf for no return."""
         return self._core.scan(x, y, yaw)

@@ -1,4 +1,4 @@
-"""Races: one car, one track, one driver, some laps."""
+"""Races of one car with one driver on one track."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ from firstlap.sim.lidar import core_track
 from firstlap.tracks.track import Track
 
 OPTION_FIELDS = FieldTable([*_core.RaceOptions.fields(), *_core.Car.fields()])
-"""Conditions of a race: how it is run, and what its car is like without the driver being told."""
+"""Conditions of a race: how it is run, and properties of the car that the driver does not know."""
 OPTIONS = "race options"
-"""What messages call them."""
+"""Name of the conditions in messages."""
 SCANS_PER_LOOK = 40
 
 
@@ -52,7 +52,7 @@ class Lap:
 
 @dataclass(frozen=True)
 class Contact:
-    """When [s] and where (map frame, s along the centerline) [m] the car touched a wall or the sudden obstacle."""
+    """Time [s] and position (map frame, s along the centerline) [m] of a contact with a wall or the sudden obstacle."""
 
     time: float
     x: float
@@ -63,8 +63,8 @@ class Contact:
 
 @dataclass(frozen=True)
 class ObstacleSeen:
-    """When [s] the sudden obstacle appeared, its middle (map frame) [m, rad], the car's speed [m/s] and yaw rate
-    [rad/s] then, and the smallest clearance between the two since [m]."""
+    """Time [s] at which the sudden obstacle appeared, its center (map frame) [m, rad], the car's speed [m/s] and yaw
+    rate [rad/s] at that time, and the smallest clearance between the two since then [m]."""
 
     time: float
     x: float
@@ -77,10 +77,10 @@ class ObstacleSeen:
 
 @dataclass(frozen=True)
 class Ending:
-    """Why the car stood, as far as its driver says.
+    """Why the race ended, according to the driver.
 
-    status: of the driver's last step (`Status` in cpp/firstlap). scan_fault, scan_reason: what the judge says of the
-    last scan that it saw; 'none' and '' where that may be used.
+    status: of the driver's last step (`Status` in cpp/firstlap). scan_fault, scan_reason: result of the check of the
+    last scan; 'none' and '' if it was valid.
     """
 
     status: str
@@ -89,21 +89,21 @@ class Ending:
 
     @property
     def said(self) -> str:
-        """For people."""
+        """As text."""
         return f"last status {self.status}" + (f"; last scan: {self.scan_reason}" if self.scan_reason else "")
 
 
 @dataclass(frozen=True)
 class RaceResult:
-    """What a race leaves behind.
+    """The result of a race.
 
     outcome: finished, contact, stuck, timeout, wrong_way, or running when it was interrupted.
-    options: what was asked for of the table `OPTION_FIELDS`, laps and seed aside.
+    options: conditions that were set, of the table `OPTION_FIELDS`, without laps and seed.
     path: columns, one entry per scan, map frame and SI: time, x, y, yaw, speed, s, lateral_offset, ...
     compute_times: (steps,) microseconds of each driver step, by its thread's CPU clock.
-    skipped_scans: that came while the driver was busy and were overtaken by the next.
-    latency: what of the compute time delayed the commands. preparation: what came before the race.
-    ending: of a race that is not finished; None before the first step.
+    skipped_scans: number of scans that arrived while the driver was busy and were replaced by the next one.
+    latency: how the compute time delayed the commands. preparation: done before the race.
+    ending: why a race did not finish; None before the first step.
     """
 
     track: Track
@@ -132,7 +132,7 @@ class RaceResult:
 
     @property
     def best(self) -> float | None:
-        """Shortest lap time [s], None without a complete lap."""
+        """Shortest lap time [s]; None without a complete lap."""
         return min((lap.time for lap in self.laps), default=None)
 
     @property
@@ -145,7 +145,7 @@ class RaceResult:
         return {"p50": round(float(p50), 2), "p99": round(float(p99), 2), "max": round(float(times.max()), 2)}
 
     def to_dict(self) -> dict[str, Any]:
-        """As `firstlap race --json` prints it. The same seed gives the same, compute aside."""
+        """As in `firstlap race --json`. The same seed gives the same result, except for compute times."""
         changed = {f"{section}.{name}": value for (section, name), value in self.setup.changed.items()}
         return {
             "version": __version__,
@@ -170,7 +170,7 @@ class RaceResult:
         }
 
     def plot(self, path: str | Path) -> None:
-        """Writes a picture: the driven line colored by speed on the track, with the lap times."""
+        """Writes a plot: the driven line colored by speed on the track, with the lap times."""
         from firstlap.plots.race import plot_race
 
         plot_race(self, path)
@@ -194,20 +194,20 @@ def latency_options(latency: str) -> dict[str, float]:
 
 
 def tell_start(driver: Handle, track: Track, options: Mapping[str, float] | None) -> None:
-    """To a driver that needs it: about where the car is put down."""
+    """Tells the driver its approximate start position, if it needs it."""
     if isinstance(driver, SetsStart):
         given = {OPTION_FIELDS.find(name, OPTIONS).key: value for name, value in (options or {}).items()}
         driver.set_start(float(given.get("race.start_s", 0.0)) / track.length)
 
 
 def option_name(field: Field) -> str:
-    """What results call a condition: an option of the race by its name, a field of the car by its section too."""
+    """The name of a condition in results: for options of the race the name, for fields of the car section.name."""
     return field.key if field.section in CAR_FIELDS.sections else field.name
 
 
 def under_conditions(car: Car, options: Mapping[str, float] | None, where: str = OPTIONS) -> Car:
-    """The car with what `options` change of it; of them only fields of cars count. where: what messages call them.
-    Raises InputError, also where they contradict each other or the car."""
+    """The car with the car fields in `options` applied. where: name of the options in messages. Raises InputError, also
+    if they contradict each other or the car."""
     given = {OPTION_FIELDS.find(name, where): value for name, value in (options or {}).items()}
     changes = {entry: value for entry, value in given.items() if entry.section in CAR_FIELDS.sections}
     if not changes:
@@ -235,16 +235,16 @@ def start_race(
     seed: int = 1,
     options: Mapping[str, float] | None = None,
 ) -> _core.Race:
-    """A race that has not begun, for stepping. The driver knows `car` as it is without `options`.
+    """A race that has not begun, for stepping. The driver knows `car` without `options`.
 
-    Raises InputError where it cannot begin."""
+    Raises InputError if it cannot begin."""
     core_options = _core.RaceOptions()
     for name, value in {"laps": laps, **(options or {})}.items():
         entry = OPTION_FIELDS.find(name, OPTIONS)
         if entry.section not in CAR_FIELDS.sections:
             core_options.set(entry.section, entry.name, OPTION_FIELDS.check(entry, value, OPTIONS))
     if not 0 <= seed < 2**64:
-        raise InputError(f"seed is {seed}, outside of what is allowed: 0 to 2^64 - 1")
+        raise InputError(f"seed is {seed}; allowed: 0 to 2^64 - 1")
     core_options.seed = seed
     tell_start(driver, track, options)
     conditioned = under_conditions(car, options)
@@ -271,14 +271,14 @@ def race(
     preparing: ProgressCallback | None = None,
     record: str | Path | None = None,
 ) -> RaceResult:
-    """Races until the laps are driven, or the car touches a wall, stands, or turns back.
+    """Races until the laps are driven, or until a contact, a standstill, a timeout or driving the wrong way.
 
-    setup, car: a name, a file, or a loaded one. driver: its name; default: the setup's, or local. seed: of everything
-    random. latency: measured, fixed:MS or none, how the driver's compute time delays its commands. preparation: what
-    the driver made of the track before, where it needs a map (it prepares itself otherwise). options: conditions, of
-    the table `OPTION_FIELDS`: mu_scale, or sensors.speed_scale_error. look: called about once a simulated second with
-    the race so far; an exception from it ends the race. preparing: called while the driver prepares
-    itself. record: an .mcap file for its log, see docs/recordings.md. Raises InputError.
+    setup, car: a name, a file, or a loaded object. driver: its name; default: the setup's, or local. seed: of all
+    randomness. latency: measured, fixed:MS or none, how the driver's compute time delays its commands. preparation: of
+    a driver that needs a map; default: it is prepared here. options: conditions from the table `OPTION_FIELDS`, such
+    as mu_scale or sensors.speed_scale_error. look: called about once per simulated second with the race; an exception
+    from it ends the race. preparing: progress callback of the preparation. record: an .mcap file for the log, see
+    docs/recordings.md. Raises InputError.
     """
     setup = choose_setup(driver, setup)
     kind = driver_kind(setup.driver)

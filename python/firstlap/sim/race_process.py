@@ -1,4 +1,4 @@
-"""Races in processes of their own, for drivers in Python: in one process they would wait for each other's lock."""
+"""Races in separate processes, for drivers in Python, which would otherwise wait for each other's GIL."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from firstlap.sim.race import RaceResult, race
 from firstlap.tracks.track import Track
 
 STAYS = ("track", "setup", "car")
-"""Of a result: known where the race was asked for, and not sent back."""
+"""Fields of a result that the caller knows and that are not sent back."""
 
 
 class InterruptedRaceError(Exception):
-    """The races were stopped from outside."""
+    """The races were interrupted."""
 
 
 class RacePool(ProcessPoolExecutor):
-    """Processes that race. Set `stop` to end what they are at; Ctrl-C is this process's business."""
+    """Processes that race. Set `stop` to end their races; they ignore Ctrl-C, which this process handles."""
 
     def __init__(self, jobs: int, begin: Callable[[], object] | None = None) -> None:
         """begin: called in each process before its first race."""
@@ -48,12 +48,12 @@ PackedCar = tuple[str, dict[str, dict[str, float]]]
 
 
 def packed(car: Car) -> PackedCar:
-    """A car that pickles."""
+    """The car in a picklable form."""
     return car.name, car.core.values()
 
 
 def unpacked(car: PackedCar) -> Car:
-    """The car again."""
+    """The inverse of `packed`."""
     name, values = car
     core = _core.Car()
     for section, content in values.items():
@@ -63,7 +63,7 @@ def unpacked(car: PackedCar) -> Car:
 
 
 def race_in_process(track: Track, setup: Setup, car: PackedCar, options: dict[str, Any]) -> dict[str, Any]:
-    """Run in a process of a `RacePool`: what `restored` makes a result of. options: further arguments of `race`."""
+    """Races in a process of a `RacePool`; `restored` makes the result. options: further arguments of `race`."""
     result = race(track, setup, unpacked(car), look=_look, **options)
     return {field.name: getattr(result, field.name) for field in fields(result) if field.name not in STAYS}
 
@@ -74,10 +74,10 @@ def _look(_running: object) -> None:
 
 
 def bare(track: Track) -> Track:
-    """The track without what it has cached: less to send."""
+    """The track without its cached properties, to send less."""
     return replace(track)
 
 
 def restored(found: dict[str, Any], track: Track, setup: Setup, car: Car) -> RaceResult:
-    """The result of `race_in_process`, with what stayed here. track: as it was driven."""
+    """The result of `race_in_process`, with the fields that were not sent. track: in its direction of travel."""
     return RaceResult(track=track, setup=setup, car=car, **found)

@@ -1,1 +1,1 @@
-"""Tracks: our own files, ROS maps and random ones, all as one `Track`."""
+"""Tracks: our own files, ROS maps, centerlines and random tracks, all as a `Track`."""

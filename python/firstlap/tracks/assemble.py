@@ -1,4 +1,4 @@
-"""From walls to a Track: centerline, widths and the start line."""
+"""Makes a Track from walls: centerline, widths and start line."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from firstlap.tracks.medial import curvature, distances, medial_line
 from firstlap.tracks.track import FloatArray, Track
 
 CAR_WIDTH = 0.31
-NARROWEST = 0.4
-STRAIGHT = 0.08
+MIN_WIDTH = 0.4
+MAX_STRAIGHT_CURVATURE = 0.08
 
 
 def assemble(
@@ -26,12 +26,11 @@ def assemble(
     start: tuple[float, float, float | None] | None = None,
     notes: list[str] | None = None,
 ) -> Track:
-    """A Track from full closed walls, named as for the direction of travel.
+    """A Track from complete closed walls; left and right are relative to the direction of travel.
 
-    start: (x, y, yaw) to project onto the centerline; a yaw against the direction of travel turns the
-    track round.
-    Without a start, the start line lies on the longest straight.
-    Raises InputError when the walls make no ring or the car does not fit.
+    start: (x, y, yaw), projected onto the centerline; a yaw against the direction of travel reverses the track.
+    Without a start, the start line is on the longest straight.
+    Raises InputError if the walls do not form a ring or the car does not fit.
     """
     line = medial_line(left, right, source)
     walls = [*left, *right, *obstacles]
@@ -48,10 +47,10 @@ def assemble(
         notes=list(notes or []),
     )
     narrowest = track.width_summary()[0]
-    if narrowest < NARROWEST:
+    if narrowest < MIN_WIDTH:
         raise InputError(
             f"{source}: the track is {narrowest:.2f} m wide at its narrowest; "
-            f"the car is {CAR_WIDTH} m wide and needs at least {NARROWEST} m"
+            f"the car is {CAR_WIDTH} m wide and needs at least {MIN_WIDTH} m"
         )
     if start is None:
         return track.started_at(straight_start(track))
@@ -61,18 +60,18 @@ def assemble(
 
 
 def straight_start(track: Track) -> int:
-    """Index a little into the longest straight, away from obstacles: the way ahead is clear."""
-    bend = np.abs(gaussian_filter1d(curvature(track.centerline), 3.0, mode="wrap"))
-    straight = bend < STRAIGHT
+    """Index of a centerline point near the beginning of the longest straight without obstacles."""
+    curvatures = np.abs(gaussian_filter1d(curvature(track.centerline), 3.0, mode="wrap"))
+    straight = curvatures < MAX_STRAIGHT_CURVATURE
     obstacles = [wall for wall, side in zip(track.walls, track.sides, strict=True) if side == "obstacle"]
     if obstacles:
         straight &= distances(track.centerline, obstacles) > 0.6
     if not straight.any() or straight.all():
-        return int(np.argmin(bend))
+        return int(np.argmin(curvatures))
     first = int(np.argmin(straight))
     runs = np.roll(straight, -first)
     edges = np.flatnonzero(np.diff(np.concatenate([[0], runs.astype(np.int8), [0]])))
     begins, ends = edges[::2], edges[1::2]
     longest = int(np.argmax(ends - begins))
     into = min(10, int(ends[longest] - begins[longest]) // 4)
-    return int((begins[longest] + into + first) % len(bend))
+    return int((begins[longest] + into + first) % len(curvatures))

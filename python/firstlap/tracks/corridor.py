@@ -1,4 +1,4 @@
-"""A track drawn as a line with widths: the line, and the walls beside it."""
+"""Tracks defined by a line with widths: interpolates the line and computes its walls."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ STEP = 0.05
 WALL_TOLERANCE = 0.003
 SEAM = 1e-4
 SAME = 1e-3
-"""[m] within which two points are one."""
-LONGEST = 5000.0
-"""[m]"""
+"""[m] Points closer than this are the same point."""
+MAX_LENGTH = 5000.0
+"""[m] Maximum length of a track."""
 WIDTHS = (0.15, 10.0)
-"""[m] to one side."""
+"""[m] Allowed width to one side."""
 
 
 def check_line(points: FloatArray, what: str, where: str) -> None:
-    """Raises InputError where points (N, 4 or more), x, y first and widths last, are no line of a track."""
+    """Raises InputError if points (N, 4 or more), x, y first and widths last, are not a valid line of a track."""
     steps = np.hypot(*(np.roll(points[:, :2], -1, axis=0) - points[:, :2]).T)
     if (steps < SAME).any():
         raise InputError(f"{where}: {what} repeats a point; expected each point once")
-    if steps.sum() > LONGEST:
-        raise InputError(f"{where}: {what} is longer than {LONGEST / 1000:g} km; expected metres")
+    if steps.sum() > MAX_LENGTH:
+        raise InputError(f"{where}: {what} is longer than {MAX_LENGTH / 1000:g} km; expected meters")
     if (points[:, -2:] < WIDTHS[0]).any() or (points[:, -2:] > WIDTHS[1]).any():
         raise InputError(f"{where}: {what} has a width outside of {WIDTHS[0]} to {WIDTHS[1]:g} m to a side")
 
@@ -45,10 +45,10 @@ def spline_line(points: FloatArray) -> FloatArray:
 
 
 def corner_line(corners: FloatArray, where: str) -> FloatArray:
-    """(M, 4) as `spline_line`, but straights joined by arcs: corners (N, 5) x, y, radius, right, left.
+    """(M, 4) like `spline_line`, but with straights joined by arcs: corners (N, 5) x, y, radius, right, left.
 
-    A corner of radius 0 must lie on a straight: it only sets the widths there. Raises InputError where two
-    arcs need more room than the straight between them has.
+    A corner of radius 0 must lie on a straight; it only sets the widths there. Raises InputError if two arcs
+    are longer than the straight between them allows.
     """
     xy, radius = corners[:, :2], corners[:, 2]
     ahead = np.roll(xy, -1, axis=0) - xy
@@ -97,8 +97,8 @@ def _straight(begin: FloatArray, end: FloatArray, widths: FloatArray, widths_end
 def corridor_walls(line: FloatArray, where: str) -> tuple[FloatArray, FloatArray]:
     """(left, right) closed walls beside a line (M, 4) x, y, width right, width left.
 
-    The walls bound what a bar swept along the line covers, so a wall on the inside of a tight bend does not
-    cross itself. Raises InputError when the swept area is not one plain ring.
+    The walls bound the area swept by a bar along the line, so a wall on the inside of a tight corner does not
+    cross itself. Raises InputError if the swept area is not a simple ring.
     """
     xy, normal = line[:, :2], left_normals(line[:, :2])
     bar = np.stack([xy - normal * line[:, 2:3], xy + normal * line[:, 3:4]], axis=1)
@@ -106,12 +106,12 @@ def corridor_walls(line: FloatArray, where: str) -> tuple[FloatArray, FloatArray
     bars = shapely.union_all(shapely.convex_hull(shapely.multipoints(corners)))
     swept = bars.buffer(SEAM, join_style="mitre").buffer(-SEAM, join_style="mitre")
     if not isinstance(swept, shapely.Polygon):
-        raise InputError(f"{where}: the walls cut the track; it overlaps itself or is too wide for its bends")
+        raise InputError(f"{where}: the walls cut the track; it overlaps itself or is too wide for its corners")
     holes = [ring for ring in swept.interiors if shapely.Polygon(ring).area > 0.003]
     if len(holes) != 1:
         raise InputError(
             f"{where}: the walls leave {len(holes)} islands; expected 1: "
-            "the track crosses or overlaps itself, or is too wide for its bends"
+            "the track crosses or overlaps itself, or is too wide for its corners"
         )
     ring = shapely.Polygon(swept.exterior, holes).simplify(WALL_TOLERANCE, preserve_topology=True)
     inner = np.asarray(ring.interiors[0].coords, dtype=np.float64)
@@ -122,9 +122,9 @@ def corridor_walls(line: FloatArray, where: str) -> tuple[FloatArray, FloatArray
 
 
 def _check_no_short_cut(line: FloatArray, swept: shapely.Polygon, where: str) -> None:
-    """Where two stretches of the drawn track overlap, there is no wall between them: compare areas."""
+    """Raises InputError if two parts of the track overlap without a wall between them, found by comparing areas."""
     xy = line[:, :2]
     step = np.hypot(*(np.roll(xy, -1, axis=0) - xy).T)
     drawn = float(np.sum(step * (line[:, 2] + line[:, 3])))
     if swept.area < 0.93 * drawn:
-        raise InputError(f"{where}: the track overlaps itself or is too wide for its bends")
+        raise InputError(f"{where}: the track overlaps itself or is too wide for its corners")

@@ -1,4 +1,4 @@
-"""Walls as they are laid on the floor: pipes with joints, and stretches that the LiDAR sees over."""
+"""Realistic walls: pipes with joints, and sections that are too low for the LiDAR."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from shapely.ops import substring
 from firstlap.tracks.track import FloatArray, Track
 
 Pieces = list[tuple[float, bool]]
-"""A wall from its beginning to its end as (length in m, whether the LiDAR sees it)."""
+"""A wall from its beginning to its end as (length in m, whether it is visible to the LiDAR)."""
 
 
 def with_pipes(track: Track, length: float, joints: Sequence[float]) -> Track:
-    """Every left and right wall cut into pipes of about `length` m, with the joints (m) in turn between.
+    """The track with its left and right walls cut into pipes of about `length` m, separated by the joints (m) in turn.
 
-    The beam passes a joint, the car does not: a joint stays solid, because beyond it there is no track.
+    A joint is invisible to the LiDAR but solid for the car.
     """
     pattern = [piece for joint in joints for piece in ((length, True), (joint, False))]
 
@@ -29,7 +29,7 @@ def with_pipes(track: Track, length: float, joints: Sequence[float]) -> Track:
 
 
 def with_low_wall(track: Track, side: str, begin: float, end: float, post: float, gap: float) -> Track:
-    """The wall on `side`, from station `begin` to `end` (m), seen only as posts with gaps between."""
+    """The track with the wall on `side` visible only as posts with gaps from station `begin` to `end` (m)."""
 
     def pieces(wall: LineString, wall_side: str) -> Pieces | None:
         low, high = sorted(wall.project(Point(track.start_pose(at)[:2])) for at in (begin, end))
@@ -42,7 +42,7 @@ def with_low_wall(track: Track, side: str, begin: float, end: float, post: float
 
 
 def with_scenery(track: Track, lines: Sequence[FloatArray]) -> Track:
-    """The track with things outside of it that the LiDAR sees and the car never touches."""
+    """The track with lines outside of it that are visible to the LiDAR but not solid."""
     count = len(lines)
     return replace(
         track,
@@ -54,14 +54,14 @@ def with_scenery(track: Track, lines: Sequence[FloatArray]) -> Track:
 
 
 def _repeated(pattern: Pieces, total: float) -> Pieces:
-    """The pattern over `total` meters, its parts stretched alike so that it comes out even."""
+    """The pattern repeated over `total` meters, scaled so that it fits a whole number of times."""
     period = sum(length for length, _ in pattern)
     count = max(1, round(total / period))
     return [(length * total / (count * period), seen) for length, seen in pattern * count]
 
 
 def _cut(track: Track, pieces_of: Callable[[LineString, str], Pieces | None]) -> Track:
-    """The track with every visible wall cut as `pieces_of` says; None leaves a wall as it is."""
+    """The track with every visible wall cut into `pieces_of(wall, side)`; None leaves a wall unchanged."""
     walls: list[FloatArray] = []
     sides, visible, solid = [], [], []
     for wall, side, seen, hard in zip(track.walls, track.sides, track.visible, track.solid, strict=True):

@@ -1,6 +1,6 @@
-"""One name for any track: ours, a file, a ROS map or a random one.
+"""Loads any track by name: ours, a file, a ROS map or a random one.
 
-What reads and makes tracks is imported when it is needed: a process that is handed a track needs none of it.
+The modules that read and make tracks are imported when needed: a process that receives a track needs none of them.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ from firstlap.tracks.track import Track
 
 CENTERLINES = (".csv",)
 TRACK_FILES = (".yaml", ".yml", *CENTERLINES)
-"""How the names of track files, ROS maps and centerlines end."""
+"""Suffixes of track files, ROS maps and centerlines."""
 
 
 def tracks_folder() -> Path:
-    """Where our own tracks lie: in the installed package, or in the source checkout around it."""
+    """The folder of our own tracks, in the installed package or in the source checkout."""
     return data_folder("tracks")
 
 
@@ -31,7 +31,7 @@ def list_tracks() -> list[str]:
 def load_track(spec: str) -> Track:
     """The track named by `spec`: one of ours, `random:SEED`, or the path of a track file, ROS map or centerline.
 
-    Raises InputError when there is no such track or its file is wrong.
+    Raises InputError if there is no such track or its file is invalid.
     """
     if spec.startswith("random:"):
         from firstlap.tracks.random_track import random_track
@@ -48,7 +48,7 @@ def load_track(spec: str) -> Track:
     except (OSError, ValueError):
         pass
     near = difflib.get_close_matches(spec, list_tracks(), n=3, cutoff=0.5)
-    hint = f"did you mean {' or '.join(near)}?" if near else f"ours are {', '.join(list_tracks())}"
+    hint = f"did you mean {' or '.join(near)}?" if near else f"available: {', '.join(list_tracks())}"
     raise InputError(f"{spec[:200]!r}: no such track or file; {hint}")
 
 
@@ -66,5 +66,5 @@ def _load_file(path: Path) -> Track:
 def _seed(spec: str) -> int:
     digits = spec.removeprefix("random:")
     if not (digits.isascii() and digits.isdigit() and len(digits) <= 18):
-        raise InputError(f"{spec[:60]!r}: expected random:SEED with a whole number from 0, like random:7")
+        raise InputError(f"{spec[:60]!r}: expected random:SEED with an integer from 0, for example random:7")
     return int(digits)

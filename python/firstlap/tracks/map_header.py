@@ -1,4 +1,4 @@
-"""The YAML file of a ROS map, read and checked; no image is touched here."""
+"""Reads and checks the YAML file of a ROS map, without its image."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from firstlap.common.errors import InputError
 from firstlap.common.yaml_text import parse_mapping
 
 RESOLUTION = (0.002, 0.5)
-FARTHEST = 1e6
+MAX_NUMBER = 1e6
 
 
 @dataclass(frozen=True)
@@ -60,11 +60,11 @@ def parse_ros_map_yaml(text: str, where: str) -> MapHeader:
 
 
 def number(value: Any, key: str, where: str) -> float:
-    """A finite, sane number; InputError names the key otherwise."""
+    """A finite number of plausible size. Raises InputError with the key otherwise."""
     try:
         if isinstance(value, str | int | float) and not isinstance(value, bool):
             result = float(value)
-            if math.isfinite(result) and abs(result) <= FARTHEST:
+            if math.isfinite(result) and abs(result) <= MAX_NUMBER:
                 return result
     except (ValueError, OverflowError):
         pass

@@ -1,4 +1,4 @@
-"""The picture of a ROS map: from any image file to which pixels are free."""
+"""The image of a ROS map: reads image files and classifies pixels."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ MAX_PIXELS = 64_000_000
 MAX_FILE_BYTES = 256_000_000
 UNKNOWN_GRAY = 205
 LIKELY_FREE = 0.45
-"""Occupancy below which a pixel of a map of probabilities may be taken as free: unknown is 0.5."""
+"""Occupancy below which a pixel of a probability map may be treated as free; unknown is 0.5."""
 
 
 def read_gray(path: Path, mode: str = "trinary") -> npt.NDArray[np.uint8]:
-    """Gray levels (rows, columns), top row first, with what is transparent as map_server takes it in that mode.
+    """Gray levels (rows, columns), top row first; transparent pixels are treated as in map_server's mode.
 
-    Raises InputError for a file that is missing, no image, broken, or larger than `MAX_PIXELS`.
+    Raises InputError if the file is missing, not an image, damaged, or larger than `MAX_PIXELS`.
     """
     if path.is_dir():
-        raise InputError(f"{path}: is a folder; the map's 'image' must name a picture beside the YAML file")
+        raise InputError(f"{path}: is a folder; the map's 'image' must name an image file next to the YAML file")
     if not path.is_file():
-        raise InputError(f"{path}: no such image; the map's 'image' must name a picture beside the YAML file")
+        raise InputError(f"{path}: no such image; the map's 'image' must name an image file next to the YAML file")
     if path.stat().st_size > MAX_FILE_BYTES:
-        raise InputError(f"{path}: larger than {MAX_FILE_BYTES // 1_000_000} MB, which no map is")
+        raise InputError(f"{path}: larger than {MAX_FILE_BYTES // 1_000_000} MB, too large for a map")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -49,7 +49,7 @@ def read_gray(path: Path, mode: str = "trinary") -> npt.NDArray[np.uint8]:
 def _check_size(path: Path, size: tuple[int, int]) -> None:
     width, height = size
     if width * height > MAX_PIXELS:
-        raise InputError(f"{path}: {width} x {height} pixels; at most {MAX_PIXELS // 1_000_000} million are read")
+        raise InputError(f"{path}: {width} x {height} pixels; at most {MAX_PIXELS // 1_000_000} million are supported")
     if width < 3 or height < 3:
         raise InputError(f"{path}: {width} x {height} pixels is too small for a map")
 
@@ -71,17 +71,18 @@ def _has_alpha(image: Image.Image) -> bool:
 
 
 def _with_alpha(gray: npt.NDArray[np.uint8], rgba: npt.NDArray[np.uint8], mode: str) -> npt.NDArray[np.uint8]:
-    """As map_server does: a mean of the colors and the opacity; in mode scale, what is not opaque is unknown."""
+    """As in map_server: the mean of the colors and the opacity; in mode scale, pixels that are not opaque are
+    unknown."""
     opaque = rgba[..., 3] == 255
     if mode == "scale":
         return np.where(opaque, gray, np.uint8(UNKNOWN_GRAY))
     shade = np.rint(rgba.mean(axis=2, dtype=np.float32)).astype(np.uint8)
-    # A mean of 205 and full opacity is free for map_server; what a map saver meant is kept.
+    # map_server treats a mean of 205 with full opacity as free; map savers mean unknown by it, which is kept.
     return np.where(opaque & (gray == UNKNOWN_GRAY), gray, shade)
 
 
 def transparent_share(path: Path) -> float:
-    """Share of an image's pixels that are more transparent than not, 0 to 1."""
+    """Share of an image's pixels that are more transparent than opaque, 0 to 1."""
     with Image.open(path) as image:
         if not _has_alpha(image):
             return 0.0
@@ -100,24 +101,24 @@ def _from_numbers(values: npt.NDArray[np.float64], mode: str) -> npt.NDArray[np.
 
 
 def free_pixels(gray: npt.NDArray[np.uint8], header: MapHeader, notes: list[str]) -> npt.NDArray[np.bool_]:
-    """Free pixels (rows, columns) as map_server decides, which asks "occupied" first; unknown is not free."""
+    """Free pixels (rows, columns) as in map_server, which checks "occupied" first; unknown is not free."""
     occupancy = _occupancy(header)
     free = (occupancy < header.free_thresh) & ~(occupancy > header.occupied_thresh)
     if header.free_thresh > header.occupied_thresh:
         notes.append(
-            f"free_thresh {header.free_thresh:g} is above occupied_thresh {header.occupied_thresh:g}: as for "
-            "map_server, whatever is above occupied_thresh is occupied"
+            f"free_thresh {header.free_thresh:g} is above occupied_thresh {header.occupied_thresh:g}: as in "
+            "map_server, pixels above occupied_thresh are occupied"
         )
     if header.mode != "raw" and not header.negate and free[UNKNOWN_GRAY] and (gray == UNKNOWN_GRAY).any():
         free[UNKNOWN_GRAY] = False
-        notes.append(f"gray {UNKNOWN_GRAY} is what map savers write for unknown; not taken as free")
+        notes.append(f"gray {UNKNOWN_GRAY} is what map savers write for unknown; not treated as free")
     return np.asarray(free[gray])
 
 
 def between_share(gray: npt.NDArray[np.uint8], header: MapHeader) -> tuple[float, int]:
-    """Share of the pixels, and how many levels of gray, that are more free than not and yet not free, 0 to 1.
+    """Share of pixels (0 to 1), and number of gray levels, that are likely free but above free_thresh.
 
-    As Cartographer writes maps: each pixel's probability, with 128 where it knows nothing.
+    Cartographer writes such maps: each pixel's probability, and 128 for unknown.
     """
     occupancy = _occupancy(header)
     between = (occupancy >= header.free_thresh) & (occupancy < LIKELY_FREE)
@@ -127,12 +128,12 @@ def between_share(gray: npt.NDArray[np.uint8], header: MapHeader) -> tuple[float
 
 
 def occupied_pixels(gray: npt.NDArray[np.uint8], header: MapHeader) -> npt.NDArray[np.bool_]:
-    """Occupied pixels (rows, columns) as map_server decides; unknown is not occupied."""
+    """Occupied pixels (rows, columns) as in map_server; unknown is not occupied."""
     return np.asarray((_occupancy(header) > header.occupied_thresh)[gray])
 
 
 def _occupancy(header: MapHeader) -> npt.NDArray[np.float64]:
-    """(256,) how occupied each gray level says that a pixel is, 0 to 1."""
+    """(256,) occupancy of each gray level, 0 to 1."""
     levels = np.arange(256)
     if header.mode == "raw":
         return np.asarray(np.where(levels <= 100, levels / 100.0, 1.0))

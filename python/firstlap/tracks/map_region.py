@@ -1,4 +1,4 @@
-"""Which free pixels of a map are the track, and which walls lie inside and outside of its loop."""
+"""Finds the free pixels of a map that are the track, and the walls inside and outside of its loop."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ COMFORTABLE_CELLS = 1_500_000
 
 @dataclass(frozen=True, eq=False)
 class Loop:
-    """One way round: the region driven in, the holes (labels) inside of the loop, and its measures in m."""
+    """A closed loop: its drivable region, the holes (labels) inside of it, and its dimensions in m."""
 
     region: Mask
     holes: npt.NDArray[np.int32]
@@ -42,12 +42,12 @@ class Loop:
 
     @property
     def plausible(self) -> bool:
-        """Whether this looks like a race track rather than the paper around one."""
+        """Whether this looks like a race track rather than the margin around one."""
         return PLAUSIBLE[0] <= self.median <= PLAUSIBLE[1] and self.on_border < 0.4
 
 
 def refuse_noise(free: Mask, where: str) -> None:
-    """Raises InputError where walls or free space lie in more pieces than any room has: noise, a photograph."""
+    """Raises InputError if walls or free space have more pieces than any real map: noise, a photograph."""
     for mask, neighbors, limit, what in (
         (~free, EIGHT, MAX_WALL_PIECES, "wall"),
         (free, None, MAX_FREE_PIECES, "free space"),
@@ -79,9 +79,9 @@ def without_specks(free: Mask, resolution: float, reach: float) -> tuple[Mask, i
 
 
 def drivable_regions(free: Mask, resolution: float, radius: float) -> list[Mask]:
-    """Places a disk of `radius` meters can sweep, one mask per connected region, largest first.
+    """The areas that a disk of `radius` meters can sweep, one mask per connected region, largest first.
 
-    Holes in a wall narrower than the disk are closed; corners that it cannot reach are given back.
+    Holes in a wall narrower than the disk are closed; corners that it cannot reach are restored.
     """
     clearance = (ndimage.distance_transform_edt(np.pad(free, 1))[1:-1, 1:-1] - 0.5) * resolution
     cores, count = ndimage.label(clearance > radius)
@@ -96,13 +96,13 @@ def drivable_regions(free: Mask, resolution: float, radius: float) -> list[Mask]
 
 
 def _largest_part(region: Mask) -> Mask:
-    """The largest part that hangs together by pixel sides: nobody drives through a corner."""
+    """The largest part connected by pixel sides; a connection by corners is not passable."""
     parts, _ = ndimage.label(region)
     return np.asarray(parts == 1 + int(np.argmax(np.bincount(parts.ravel())[1:])))
 
 
 def _with_corners(region: Mask, free: Mask, swept: npt.NDArray[np.int32], reach: float) -> Mask:
-    """The region plus the small free corners that touch it along one stretch only; leaks touch more."""
+    """The region plus the small free corners that touch it along a single stretch; leaks touch several."""
     rest, _ = ndimage.label(free & (swept == 0))
     grown = region.copy()
     touching = np.unique(rest[ndimage.binary_dilation(region)])
@@ -122,7 +122,7 @@ def _with_corners(region: Mask, free: Mask, swept: npt.NDArray[np.int32], reach:
 
 
 def loops_of(region: Mask, resolution: float) -> list[Loop]:
-    """Every loop of a region: each choice of its large holes that one closed line can keep inside."""
+    """All loops of a region: every choice of its large holes that a single closed line can enclose."""
     outside, _ = ndimage.label(np.pad(~region, 1, constant_values=True), structure=EIGHT)
     holes = np.where(outside == outside[0, 0], 0, outside)[1:-1, 1:-1].astype(np.int32)
     sizes = {label: _extent(box) * resolution for label, box in enumerate(ndimage.find_objects(holes), 1) if box}
@@ -131,7 +131,7 @@ def loops_of(region: Mask, resolution: float) -> list[Loop]:
     small = tuple(label for label in ranked if label not in large)
     if not large:
         return []
-    # Distances are taken on the full grid and then thinned out: no thin wall falls between samples.
+    # Distances are computed on the full grid and then subsampled, so that no thin wall is missed.
     step = _sampling(region, resolution)
     window, corner = _window(region, step)
     full = np.pad(np.where(region, 0, np.where(holes > 0, holes, -1))[window], 1, constant_values=-1)
@@ -164,7 +164,7 @@ def loops_of(region: Mask, resolution: float) -> list[Loop]:
 
 
 def _sampling(region: Mask, resolution: float) -> int:
-    """Every how many pixels a loop is looked for: finely, but a large region no more finely than needed."""
+    """Sampling step, in pixels, of the loop search: fine, but coarser for large regions."""
     box = ndimage.find_objects(region.astype(np.uint8))[0]
     cells = (box[0].stop - box[0].start) * (box[1].stop - box[1].start)
     finest, coarsest = (max(1, int(spacing / resolution)) for spacing in SAMPLING)
@@ -172,7 +172,7 @@ def _sampling(region: Mask, resolution: float) -> int:
 
 
 def _window(region: Mask, step: int) -> tuple[tuple[slice, slice], FloatArray]:
-    """The part of the picture about a region, beginning at whole steps, and that corner (column, row)."""
+    """The window of the image around a region, aligned to the step, and its corner (column, row)."""
     box = ndimage.find_objects(region.astype(np.uint8))[0]
     first = [max(0, (part.start - 1) // step * step) for part in box]
     window = (slice(first[0], box[0].stop + 1), slice(first[1], box[1].stop + 1))
@@ -180,7 +180,7 @@ def _window(region: Mask, step: int) -> tuple[tuple[slice, slice], FloatArray]:
 
 
 def _around(level: FloatArray, islands: list[FloatArray]) -> FloatArray | None:
-    """The zero contour (N, 2), in grid units x, y, that has every island inside; None when there is none."""
+    """The zero contour (N, 2), in grid units x, y, that encloses every island; None if there is none."""
     for line in sorted(contours(level, 0.0), key=len, reverse=True)[:20]:
         if is_closed(line):
             area = shapely.Polygon(line)
@@ -195,21 +195,21 @@ def _extent(box: tuple[slice, ...]) -> float:
 
 
 def _border_share(region: Mask) -> float:
-    """Share of the picture's edge that the region touches: near 1 for the paper around a drawn track."""
+    """Share of the image border that the region touches: near 1 for the margin around a track."""
     edge = np.concatenate([region[0], region[-1], region[:, 0], region[:, -1]])
     return float(edge.mean())
 
 
 def best_loop(loops: list[Loop]) -> Loop:
-    """The longest plausible loop; among those within 15 % of it, the one with the widest narrowest place."""
+    """The longest plausible loop; among those within 15 % of its length, the one with the largest minimum width."""
     longest = max(loop.length for loop in loops)
     return max((loop for loop in loops if loop.length >= 0.85 * longest), key=lambda loop: loop.narrowest)
 
 
 def region_walls(region: Mask) -> shapely.Polygon:
-    """The region's boundary as a polygon with holes, in pixels (centers at integers), without stairs."""
+    """The region's boundary as a polygon with holes, in pixels (centers at integers), smoothed."""
     padded = np.pad(region, 1).astype(np.float64)
-    # Just above one half, so that wall pixels touching at a corner join: a thin diagonal is a wall.
+    # Just above one half, so that wall pixels that touch at a corner are connected: a thin diagonal is a wall.
     rings = [line - 1.0 for line in contours(padded, 0.505)]
     rings.sort(key=lambda ring: -float(shapely.Polygon(ring).area))
     for passes in (4, 2, 1, 0):

@@ -1,4 +1,4 @@
-"""The line midway between the left and the right walls, computed one way for every track."""
+"""The medial line between the left and the right walls, for all kinds of tracks."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ MAX_CELLS = 6_000_000
 
 
 def resample_closed(points: FloatArray, spacing: float) -> FloatArray:
-    """Points (N, 2) of a closed line, first not repeated, evenly about `spacing` meters apart along it."""
+    """A closed line (N, 2), first point not repeated, resampled evenly at about `spacing` meters."""
     closed = np.vstack([points, points[:1]])
     s = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(closed, axis=0).T))])
     at = np.linspace(0.0, s[-1], max(8, round(float(s[-1]) / spacing)), endpoint=False)
@@ -27,13 +27,13 @@ def resample_closed(points: FloatArray, spacing: float) -> FloatArray:
 
 
 def contours(grid: FloatArray, level: float) -> list[FloatArray]:
-    """Lines (N, 2) x, y in grid units along which `grid` (rows, columns) takes the level."""
+    """Contour lines (N, 2) x, y in grid units of `grid` (rows, columns) at the level."""
     lines = cast(list[FloatArray], contourpy.contour_generator(z=grid).lines(level))
     return [line for line in lines if len(line) > 3]
 
 
 def is_closed(line: FloatArray) -> bool:
-    """Whether a line ends where it began."""
+    """Whether a line ends at its first point."""
     return bool(np.allclose(line[0], line[-1]))
 
 
@@ -60,33 +60,33 @@ def distances(points: FloatArray, walls: list[FloatArray]) -> FloatArray:
 
 
 def signed_area(points: FloatArray) -> float:
-    """Area in m^2 of a closed line, positive when it runs counter-clockwise."""
+    """Area in m^2 of a closed line, positive if it is counterclockwise."""
     x, y = points.T
     return float(0.5 * np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)))
 
 
 def medial_line(left: list[FloatArray], right: list[FloatArray], where: str) -> FloatArray:
-    """Closed line (M, 2), 0.1 m apart, as far from the `left` walls as from the `right`, and between them.
+    """Closed line (M, 2), points 0.1 m apart, between the `left` and `right` walls and equally far from both.
 
-    left, right: closed polylines (first point repeated), without joints, named for the direction of the line.
-    Raises InputError when they make no ring.
+    left, right: closed polylines (first point repeated), without joints, relative to the direction of the line.
+    Raises InputError if they do not form a ring.
     """
     line = _zero_level(left, right, where)
     for _ in range(3):
         line = resample_closed(line, SPACING)
         for _ in range(3):
-            line = _towards_middle(line, left, right)
+            line = _toward_middle(line, left, right)
     sigma = SMOOTHING / SPACING
     while sigma > 0.1:
         smooth = resample_closed(gaussian_filter1d(line, sigma, axis=0, mode="wrap"), SPACING)
         if shapely.LinearRing(smooth).is_simple:
             return smooth
         sigma *= 0.7
-    raise InputError(f"{where}: the line between the left and right walls crosses itself; expected one plain loop")
+    raise InputError(f"{where}: the line between the left and right walls crosses itself; expected one simple loop")
 
 
-def _towards_middle(line: FloatArray, left: list[FloatArray], right: list[FloatArray]) -> FloatArray:
-    """One Newton step along the normal: between parallel walls the difference has slope 2, it is exact."""
+def _toward_middle(line: FloatArray, left: list[FloatArray], right: list[FloatArray]) -> FloatArray:
+    """One Newton step along the normal; exact between parallel walls, where the difference has slope 2."""
     step = 0.5 * np.clip(distances(line, right) - distances(line, left), -0.06, 0.06)
     return line - gaussian_filter1d(step, 0.7, mode="wrap")[:, None] * left_normals(line)
 

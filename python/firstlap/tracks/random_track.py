@@ -1,4 +1,4 @@
-"""Random tracks of the kind that people lay for races: straights, hairpins and S bends of varying width."""
+"""Random tracks like those of real races: straights, hairpins and S curves of varying width."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from firstlap.tracks.track import FloatArray, Track
 
 Cell = tuple[int, int]
 LENGTH = (30.0, 100.0)
-TIGHTEST = 1.0
+MIN_RADIUS = 1.0
 WIDTH = (1.2, 3.0)
 LANE = 2.6
 PIPE = 0.12
@@ -23,9 +23,9 @@ ATTEMPTS = 60
 
 
 def random_track(seed: int) -> Track:
-    """A drivable track, always the same for a `seed` (0 or more): 30 to 100 m long, 1.2 to 3 m wide.
+    """A drivable track, 30 to 100 m long and 1.2 to 3 m wide, deterministic for a `seed` (0 or more).
 
-    A seed that draws nothing drivable in `ATTEMPTS` attempts gets a plain rounded rectangle.
+    A seed that gives no drivable track in `ATTEMPTS` attempts gets a rounded rectangle.
     """
     generator = np.random.Generator(np.random.PCG64(seed))
     name = f"random:{seed}"
@@ -37,7 +37,7 @@ def random_track(seed: int) -> Track:
 
 
 def _plain(generator: np.random.Generator, name: str) -> Track:
-    """A rounded rectangle of 30 to 60 m: fits for whatever is drawn."""
+    """A random rounded rectangle of 30 to 60 m; always drivable."""
     long, broad, radius, half = generator.uniform((11.0, 6.0, 1.6, 0.8), (19.0, 10.0, 2.6, 1.2))
     at = np.array([(0.0, 0.0), (long, 0.0), (long, broad), (0.0, broad)])
     line = corner_line(np.column_stack([at, np.full(4, radius), np.ones((4, 2))]), name)[:, :2]
@@ -53,21 +53,21 @@ def _attempt(generator: np.random.Generator, name: str, bend: float) -> Track | 
         line = resample_closed(_bent(generator, line, bend), 0.05)
         line = resample_closed(gaussian_filter1d(line, 6.0, axis=0, mode="wrap"), 0.05)
         length = 0.05 * len(line)
-        tightest = 1.0 / float(np.abs(gaussian_filter1d(curvature(line), 3.0, mode="wrap")).max())
-        if not LENGTH[0] <= length <= LENGTH[1] or tightest < TIGHTEST:
+        radius = 1.0 / float(np.abs(gaussian_filter1d(curvature(line), 3.0, mode="wrap")).max())
+        if not LENGTH[0] <= length <= LENGTH[1] or radius < MIN_RADIUS:
             return None
         widths = _widths(generator, line)
         left, right = corridor_walls(np.column_stack([line, widths]), name)
         track = assemble(name, [left], [right], [], source=name)
     except InputError:
         return None
-    tightest = 1.0 / float(np.abs(gaussian_filter1d(curvature(track.centerline), 1.0, mode="wrap")).max())
+    radius = 1.0 / float(np.abs(gaussian_filter1d(curvature(track.centerline), 1.0, mode="wrap")).max())
     fits = LENGTH[0] <= track.length <= LENGTH[1] and track.width_summary()[0] >= WIDTH[0] - 0.05
-    return track if fits and tightest >= TIGHTEST - 0.05 else None
+    return track if fits and radius >= MIN_RADIUS - 0.05 else None
 
 
 def _outline(generator: np.random.Generator) -> FloatArray:
-    """Corners (N, 2), in lanes, of the way once round a random tree: each branch gives a hairpin."""
+    """Corners (N, 2), in lanes, of the path once around a random tree; each branch gives a hairpin."""
     size = int(generator.integers(3, 9))
     shape = (int(generator.integers(2, 5)), int(generator.integers(2, 4)))
     tree: list[Cell] = [(0, 0)]
@@ -81,11 +81,11 @@ def _outline(generator: np.random.Generator) -> FloatArray:
         if 0 <= grown[0] < shape[0] and 0 <= grown[1] < shape[1] and grown not in tree:
             tree.append(grown)
             edges |= {(cell, grown), (grown, cell)}
-    return _walk_round(set(tree), edges)
+    return _walk_around(set(tree), edges)
 
 
-def _walk_round(tree: set[Cell], edges: set[tuple[Cell, Cell]]) -> FloatArray:
-    """Counter-clockwise round a tree drawn on cells of 2 x 2 lanes, keeping it on the left."""
+def _walk_around(tree: set[Cell], edges: set[tuple[Cell, Cell]]) -> FloatArray:
+    """Walks counterclockwise around a tree on cells of 2 x 2 lanes, keeping it on the left."""
     start = (2 * min(tree)[0], 2 * min(tree)[1])
     steps = ((1, 0), (0, 1), (-1, 0), (0, -1))
 
@@ -107,20 +107,20 @@ def _walk_round(tree: set[Cell], edges: set[tuple[Cell, Cell]]) -> FloatArray:
 
 
 def _rounded(generator: np.random.Generator, corners: FloatArray) -> FloatArray:
-    """Corners (N, 5) for `corner_line`: lanes of unlike pitch, in m, and radii as there is room for."""
+    """Corners (N, 5) for `corner_line`: random lane spacing, in m, and random radii that fit."""
     meters = np.empty_like(corners)
     for axis in (0, 1):
         lanes = int(corners[:, axis].max()) + 1
         at = np.concatenate([[0.0], np.cumsum(LANE * generator.uniform(0.92, 1.7, lanes - 1))]) if lanes > 1 else [0.0]
         meters[:, axis] = np.asarray(at)[corners[:, axis].astype(int)]
     run = np.hypot(*(np.roll(meters, -1, axis=0) - meters).T)
-    room = 0.5 * np.minimum(run, np.roll(run, 1)) - 0.01
-    radius = np.minimum(room, generator.uniform(1.15, 2.8, len(room)))
+    largest = 0.5 * np.minimum(run, np.roll(run, 1)) - 0.01
+    radius = np.minimum(largest, generator.uniform(1.15, 2.8, len(largest)))
     return np.column_stack([meters, radius, np.ones((len(radius), 2))])
 
 
 def _bent(generator: np.random.Generator, line: FloatArray, bend: float) -> FloatArray:
-    """The line (N, 2) after a smooth random bending of the floor, so that nothing stays at right angles."""
+    """The line (N, 2) after a smooth random deformation, so that corners are not right angles."""
     bent = line.copy()
     for _ in range(4):
         wave = 2.0 * np.pi / generator.uniform(7.0, 16.0)
@@ -133,7 +133,7 @@ def _bent(generator: np.random.Generator, line: FloatArray, bend: float) -> Floa
 
 
 def _widths(generator: np.random.Generator, line: FloatArray) -> FloatArray:
-    """(N, 2) width right and left: smooth and random, but no wider than the next lane and the bend allow."""
+    """(N, 2) width right and left: smooth and random, limited by the next lane and the curvature."""
     wish = gaussian_filter1d(generator.normal(size=(len(line), 2)), 40.0, axis=0, mode="wrap")
     wish = 0.95 + 0.28 * wish / wish.std(axis=0)
     limit = np.minimum(0.5 * WIDTH[1], 0.5 * (_next_lane(line) - PIPE))
@@ -144,7 +144,7 @@ def _widths(generator: np.random.Generator, line: FloatArray) -> FloatArray:
 
 
 def _next_lane(line: FloatArray) -> FloatArray:
-    """(N, 2) distance to the nearest other stretch of the line, right and left, at most 10 m."""
+    """(N, 2) distance to the nearest other part of the line, right and left, at most 10 m."""
     coarse = line[::4]
     offset = coarse[None, :, :] - line[:, None, :]
     distance = np.hypot(offset[..., 0], offset[..., 1])

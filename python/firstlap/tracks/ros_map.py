@@ -1,4 +1,4 @@
-"""A ROS occupancy map (YAML and image) read as a race track."""
+"""Reads a ROS occupancy map (YAML and image) as a race track."""
 
 from __future__ import annotations
 
@@ -28,30 +28,30 @@ from firstlap.tracks.track import FloatArray, Track
 __all__ = ["load_ros_map", "parse_ros_map_yaml"]
 
 RADII = (0.2, 0.16)
-FINEST = 0.02
+MIN_RESOLUTION = 0.02
 COMFORTABLE_PIXELS = 4_000_000
 MAX_WORKING_PIXELS = 20_000_000
 MANY_PIXELS, MANY_LEVELS = 0.02, 16
-"""Share of an image's pixels, and levels of gray, that can be why it is not understood."""
+"""Share of an image's pixels, and number of gray levels, above which they are reported as a possible cause."""
 
 
 class Grid:
-    """Free pixels with row 0 at the bottom, and where they lie in the map's frame."""
+    """Free pixels, row 0 at the bottom, and their position in the map's frame."""
 
     def __init__(self, free: Mask, resolution: float, origin: tuple[float, float, float]) -> None:
         self.free, self.resolution, self.origin = free, resolution, origin
         self.corner = np.zeros(2)
 
     def crop(self) -> None:
-        """Cut the picture down to the free pixels or to the walls, whichever is smaller, and a margin."""
+        """Crops the image to the free pixels or to the walls, whichever is smaller, plus a margin."""
         boxes = [_box(self.free), _box(~self.free)]
         rows, columns = min(boxes, key=lambda box: (box[0].stop - box[0].start) * (box[1].stop - box[1].start))
         self.corner += np.array([columns.start, rows.start]) * self.resolution
         self.free = self.free[rows, columns]
 
     def coarsen(self) -> None:
-        """Merge pixels much finer than a car needs; a merged pixel is free only if all of it is."""
-        factor = max(1, int(FINEST * 1.001 / self.resolution))
+        """Merges pixels that are finer than needed; a merged pixel is free only if all its pixels are."""
+        factor = max(1, int(MIN_RESOLUTION * 1.001 / self.resolution))
         while self.free.size > COMFORTABLE_PIXELS * factor**2 and self.resolution * (factor + 1) <= 0.0501:
             factor += 1
         if factor > 1:
@@ -63,7 +63,7 @@ class Grid:
             self.resolution *= factor
 
     def to_map(self, meters: FloatArray) -> FloatArray:
-        """Points (N, 2) in meters from the lower-left corner of the cropped picture, in the map's frame."""
+        """Points (N, 2) in meters from the lower-left corner of the cropped image, in the map's frame."""
         x, y, yaw = self.origin
         c, s = np.cos(yaw), np.sin(yaw)
         return np.asarray((meters + self.corner) @ np.array([[c, s], [-s, c]]) + [x, y])
@@ -78,9 +78,9 @@ class Grid:
 def load_ros_map(path: str | Path) -> Track:
     """The race track in a ROS map, its centerline in the map's frame.
 
-    The track is the longest ring of free space of a race track's width; `notes` says what was decided. A
-    starting position in the YAML chooses among several rings, and gives the start line and the direction of
-    travel; without one the start is on the longest straight and the direction counter-clockwise.
+    The track is the longest ring of free space with the width of a race track; `notes` lists the decisions made. A
+    starting position in the YAML selects among several rings and sets the start line and the direction of travel;
+    without one, the start is on the longest straight and the direction is counterclockwise.
     Raises InputError.
     """
     path = Path(path)
@@ -96,7 +96,7 @@ def load_ros_map(path: str | Path) -> Track:
     except MemoryError:
         raise InputError(f"{path}: not enough memory for this map") from None
     except (shapely.errors.ShapelyError, np.linalg.LinAlgError) as error:
-        raise InputError(f"{path}: no track can be made of its walls ({error})") from None
+        raise InputError(f"{path}: its walls cannot be made into a track ({error})") from None
 
 
 def _track_in(grid: Grid, header: MapHeader, path: Path, notes: list[str]) -> Track:
@@ -120,18 +120,18 @@ def _track_in(grid: Grid, header: MapHeader, path: Path, notes: list[str]) -> Tr
 
 
 def _cause(gray: npt.NDArray[np.uint8], header: MapHeader, image: Path) -> str:
-    """What of the picture may be why there is no track in it; nothing where nothing is conspicuous."""
+    """A property of the image that may be why it contains no track; empty if there is none."""
     transparent = transparent_share(image)
     if transparent > MANY_PIXELS:
         return (
-            f"; {transparent:.0%} of the image is transparent, which map_server takes as occupied or unknown: "
-            "expected a picture without transparency (flattened onto white where that is free)"
+            f"; {transparent:.0%} of the image is transparent, which map_server treats as occupied or unknown; "
+            "expected an image without transparency (flattened onto white if that is free space)"
         )
     share, levels = between_share(gray, header)
     if share > MANY_PIXELS and levels > MANY_LEVELS:
         return (
-            f"; {share:.0%} of the image are grays of probability, as Cartographer writes them, lighter than unknown "
-            f"but not below free_thresh {header.free_thresh:g}: free_thresh {LIKELY_FREE:g} would take them as free"
+            f"; {share:.0%} of the image are probabilities, as Cartographer writes them: lighter than unknown, "
+            f"but not below free_thresh {header.free_thresh:g}; with free_thresh {LIKELY_FREE:g} they are free"
         )
     return ""
 
@@ -159,7 +159,7 @@ def _choose(
             _describe(chosen, len(loops), "around the starting position", notes)
             return chosen, pose
     if header.starting_positions:
-        notes.append("no starting position lies on a closed track; ignored")
+        notes.append("no starting position is on a closed track; ignored")
     chosen = best_loop(loops)
     _describe(chosen, len(loops), "the longest", notes)
     return chosen, None
@@ -174,29 +174,29 @@ def _covers(loop: Loop, point: FloatArray, resolution: float) -> bool:
 
 def _describe(loop: Loop, count: int, why: str, notes: list[str]) -> None:
     others = f" ({why} of {count} possible loops)" if count > 1 else ""
-    notes.append(f"took the loop of {loop.length:.1f} m, median width {loop.median:.2f} m{others}")
+    notes.append(f"selected the loop of {loop.length:.1f} m, median width {loop.median:.2f} m{others}")
     if loop.small:
-        notes.append(f"{len(loop.small)} small obstacles stand on the track")
+        notes.append(f"{len(loop.small)} small obstacles on the track")
 
 
 def _walls(loop: Loop, grid: Grid) -> tuple[list[FloatArray], list[FloatArray], list[FloatArray]]:
     polygon = region_walls(loop.region)
     left: list[FloatArray] = []
-    right = [_to_metres(polygon.exterior, grid)]
+    right = [_to_meters(polygon.exterior, grid)]
     obstacles: list[FloatArray] = []
     for ring in polygon.interiors:
         label = _label_at(np.asarray(ring.coords), loop.holes)
         side = left if label in loop.inside else obstacles if label in loop.small else right
-        side.append(_to_metres(ring, grid))
+        side.append(_to_meters(ring, grid))
     return left, right, obstacles
 
 
-def _to_metres(ring: shapely.LinearRing, grid: Grid) -> FloatArray:
+def _to_meters(ring: shapely.LinearRing, grid: Grid) -> FloatArray:
     return grid.to_map((np.asarray(ring.coords, dtype=np.float64) + 0.5) * grid.resolution)
 
 
 def _label_at(ring: FloatArray, holes: npt.NDArray[np.int32]) -> int:
-    """The hole that a ring (pixels) goes round: the label most often met at and about its corners."""
+    """The hole inside a ring (pixels): the most frequent label at and around its corners."""
     around = [np.rint(ring + np.array([dx, dy])).astype(np.intp) for dx in (-1, 0, 1) for dy in (-1, 0, 1)]
     column, row = np.clip(np.vstack(around), 0, np.array(holes.shape[::-1]) - 1).T
     counts = np.bincount(holes[row, column])

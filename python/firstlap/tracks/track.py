@@ -1,4 +1,4 @@
-"""What a track is: walls, and the line between them."""
+"""A track: walls and a centerline."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ import numpy as np
 import numpy.typing as npt
 
 FloatArray = npt.NDArray[np.float64]
-"""Metres in the track's (or map's) frame, x to the right, y up, angles counter-clockwise in rad."""
+"""Meters in the track's (or map's) frame, x to the right, y up; angles in rad, counterclockwise."""
 
 SIDES = ("left", "right", "obstacle", "scenery")
 
 
 class TrackArrays(TypedDict):
-    """What the simulator takes, see `Track.to_arrays`."""
+    """The arrays that the simulator uses, see `Track.to_arrays`."""
 
     segments: FloatArray
     visible: npt.NDArray[np.uint8]
@@ -30,8 +30,8 @@ class Track:
 
     walls: (N, 2) polylines; a closed one repeats its first point.
     sides: one of `SIDES` per wall, seen in the direction of travel.
-    visible: per wall, whether the LiDAR sees it. A low wall is solid and not visible.
-    solid: per wall, whether touching it is a contact. Scenery is visible and not solid.
+    visible: per wall, whether the LiDAR detects it. A low wall is solid but not visible.
+    solid: per wall, whether touching it is a contact. Scenery is visible but not solid.
     centerline: (M, 2), closed, first point not repeated, about 0.1 m apart, in the direction of travel.
     width_left, width_right: (M,) distance from the centerline to the nearest solid left and right wall.
     """
@@ -81,7 +81,7 @@ class Track:
         return float(x), float(y), float(np.arctan2(ahead[1], ahead[0]))
 
     def reversed(self) -> Track:
-        """The same track driven the other way round, from the same start line."""
+        """The same track in the opposite direction, with the same start line."""
         swap = {"left": "right", "right": "left"}
         return replace(
             self,
@@ -89,7 +89,7 @@ class Track:
             centerline=np.roll(self.centerline[::-1], 1, axis=0),
             width_left=np.roll(self.width_right[::-1], 1),
             width_right=np.roll(self.width_left[::-1], 1),
-            notes=[*self.notes, "driven in reverse"],
+            notes=[*self.notes, "opposite direction"],
         )
 
     def started_at(self, index: int) -> Track:

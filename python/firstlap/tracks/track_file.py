@@ -1,4 +1,4 @@
-"""Our own track files: YAML, in meters; `KEYS` lists what may stand in one."""
+"""Reads our own track files: YAML, in meters; `KEYS` lists the allowed keys."""
 
 from __future__ import annotations
 
@@ -18,26 +18,26 @@ from firstlap.tracks.track import FloatArray, Track
 
 KEYS = {
     "name": "the track's name; default: the file's",
-    "description": "what the track is for, one line",
+    "description": "purpose of the track, one line",
     "corners": "[x, y, radius, width_right, width_left] each: straights and arcs; radius 0 only sets widths",
     "centerline": "[x, y, width_right, width_left] each: a smooth closed curve through these points",
     "walls": "{side: left|right|obstacle, points: [[x, y], ...]} each; beside a line: obstacles only",
-    "start": "[x, y] or [x, y, yaw]: the start line lies beside this point; default: on the longest straight",
+    "start": "[x, y] or [x, y, yaw]: the start line is at this point; default: on the longest straight",
     "pipes": "{length: m, joint: m or [m, ...]}: cuts the walls into pipes with joints",
-    "low_wall": "{side: left|right, from: m, to: m, post: m, gap: m} each: the LiDAR sees only posts there",
-    "scenery": "polylines [[x, y], ...] each: seen by the LiDAR, outside of the track",
+    "low_wall": "{side: left|right, from: m, to: m, post: m, gap: m} each: only posts are visible to the LiDAR",
+    "scenery": "polylines [[x, y], ...] each: visible to the LiDAR, outside of the track",
 }
 MAX_POINTS = 20_000
 
 
 def load_track_file(path: str | Path) -> Track:
-    """The track in a file of ours. Raises InputError naming the file, the key and what would be right."""
+    """The track in one of our track files. Raises InputError with file, key and expected value."""
     path = Path(path)
     return parse_track(read_text(path), str(path))
 
 
 def parse_track(text: str, where: str) -> Track:
-    """The track in the text of a file of ours; `where` names the file in messages. Raises InputError."""
+    """The track in the text of one of our track files; `where` names the file in messages. Raises InputError."""
     data = parse_mapping(text, where)
     for key in data:
         if key not in KEYS:
@@ -51,9 +51,9 @@ def parse_track(text: str, where: str) -> Track:
         left, right, obstacles = _walls(data, where)
         _check_walls(left, right, obstacles, where)
         track = assemble(name, left, right, obstacles, source=where, start=_start(data, where))
-        return _laid(track, data, where)
+        return _with_extras(track, data, where)
     except (shapely.errors.ShapelyError, ValueError) as error:
-        raise InputError(f"{where}: no track can be made of it ({error})") from None
+        raise InputError(f"{where}: cannot be made into a track ({error})") from None
 
 
 def _walls(data: dict[str, Any], where: str) -> tuple[list[FloatArray], list[FloatArray], list[FloatArray]]:
@@ -68,7 +68,7 @@ def _walls(data: dict[str, Any], where: str) -> tuple[list[FloatArray], list[Flo
         sides[fields["side"]].append(closed)
     if "corners" in data or "centerline" in data:
         if sides["left"] or sides["right"]:
-            raise InputError(f"{where}: beside corners or centerline, walls may only be obstacles")
+            raise InputError(f"{where}: with corners or centerline, walls may only be obstacles")
         left, right = corridor_walls(_line(data, where), where)
         return [left], [right], sides["obstacle"]
     if not sides["left"] or not sides["right"]:
@@ -83,7 +83,7 @@ def _line(data: dict[str, Any], where: str) -> FloatArray:
         points = points[:-1]
     check_line(points, key, where)
     if key == "corners" and (points[:, 2] < 0.0).any():
-        raise InputError(f"{where}: corners has a negative radius; expected meters, whichever way it turns")
+        raise InputError(f"{where}: corners has a negative radius; expected a positive radius")
     return corner_line(points, where) if key == "corners" else spline_line(points)
 
 
@@ -91,10 +91,10 @@ def _check_walls(left: list[FloatArray], right: list[FloatArray], obstacles: lis
     rings = [shapely.LinearRing(wall) for wall in (*left, *right, *obstacles)]
     for ring in rings:
         if not ring.is_simple:
-            raise InputError(f"{where}: a wall crosses itself; expected a plain closed line")
+            raise InputError(f"{where}: a wall crosses itself; expected a simple closed line")
     for i, ring in enumerate(rings):
         if any(ring.intersects(other) for other in rings[:i]):
-            raise InputError(f"{where}: two walls cross or touch; expected walls apart")
+            raise InputError(f"{where}: two walls cross or touch; expected separate walls")
 
 
 def _start(data: dict[str, Any], where: str) -> tuple[float, float, float | None] | None:
@@ -107,7 +107,7 @@ def _start(data: dict[str, Any], where: str) -> tuple[float, float, float | None
     return values[0], values[1], values[2] if len(values) == 3 else None
 
 
-def _laid(track: Track, data: dict[str, Any], where: str) -> Track:
+def _with_extras(track: Track, data: dict[str, Any], where: str) -> Track:
     for i, low in enumerate(_list(data.get("low_wall", []), "low_wall", where)):
         key = f"low_wall[{i}]"
         fields = _fields(low, ("side", "from", "to", "post", "gap"), key, where)

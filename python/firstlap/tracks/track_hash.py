@@ -1,4 +1,4 @@
-"""What a track is known by, whatever its file is called."""
+"""Identifies a track by its contents, independent of its file name."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from firstlap.tracks.track import Track
 
 
 def track_hash(track: Track) -> str:
-    """Hash of what the simulator takes of a track."""
+    """Hash of the arrays that the simulator uses."""
     digest = hashlib.sha256()
     for name, array in track.to_arrays().items():
         digest.update(name.encode())

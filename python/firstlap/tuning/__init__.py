@@ -1,1 +1,1 @@
-"""Tuning: from a setup to the fastest that holds."""
+"""Tuning: searches for the fastest reliable setup."""

@@ -1,4 +1,4 @@
-"""One candidate: what it races, and what that is worth."""
+"""Candidates: their races and their cost."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ RACES_TO_END = 2
 
 @dataclass(frozen=True)
 class Problem:
-    """What every candidate of one search races; plain data, so that it travels to other processes.
+    """The races of every candidate of a search; plain data, so that it can be sent to other processes.
 
-    track: already in the direction of travel. car: {section: {name: value}}. spread, margin and hopeless as of the
-    field table. slowest: mean speed [m/s] below which a lap is given up; 0: the race's own. patient: no candidate is
-    ended early.
+    track: in the direction of travel. car: {section: {name: value}}. spread, margin and hopeless: as in the field
+    table. slowest: mean speed [m/s] below which a race times out; 0: the race's default. patient: no candidate is
+    stopped early.
     """
 
     track: Track
@@ -46,11 +46,11 @@ class Problem:
 
 @dataclass(frozen=True)
 class Verdict:
-    """What came of one candidate.
+    """The result of one candidate.
 
-    laps: mean flying lap [s] per race, None where it was not finished, in the order of the conditions; shorter than
-    those where it was ended early. progress: share of each race that was driven. clearances: smallest of each race [m].
-    ended: why it was ended early, or nothing. driven: laps simulated, parts included.
+    laps: mean flying lap [s] per race, None if not finished, in the order of the conditions; fewer than those if it was
+    stopped early. progress: share of each race that was driven. clearances: smallest of each race [m]. ended: why it
+    was stopped early, or empty. driven: laps simulated, including partial ones.
     """
 
     laps: list[float | None]
@@ -63,17 +63,17 @@ class Verdict:
 
     @property
     def raced(self) -> int:
-        """Races driven."""
+        """Number of races driven."""
         return len(self.laps)
 
     @property
     def clearance(self) -> float:
-        """Smallest of all races [m], 0 with a contact."""
+        """Smallest clearance of all races [m]; 0 with a contact."""
         return min(self.clearances, default=0.0)
 
     @property
     def failed(self) -> int:
-        """Races not finished."""
+        """Number of races not finished."""
         return sum(lap is None for lap in self.laps)
 
     @property
@@ -84,12 +84,12 @@ class Verdict:
 
     @property
     def holds(self) -> bool:
-        """Every race finished with the margin kept, and none left out."""
+        """Whether it is reliable: all races were driven and finished, and the margin was kept."""
         return self.raced > 0 and self.failed == 0 and self.clearance >= self.margin and not self.ended
 
     def cost(self, reference: float) -> float:
-        """[s] to be small. A lap that holds is below `slowest` references, a broken margin costs 2 to 3 of them, a
-        failed race 3 to 4, so that no lap gained pays for either (Deb 2000)."""
+        """Cost to minimize [s]. A reliable lap costs less than `slowest` reference laps, a violated margin 2 to 3, a
+        failed race 3 to 4, so that no lap time compensates for either (Deb 2000)."""
         if self.raced == 0:
             return 5.0 * reference
         if self.failed:
@@ -99,21 +99,21 @@ class Verdict:
         return min(self.lap or 2.0 * reference, 2.0 * reference)
 
     def to_dict(self) -> dict[str, Any]:
-        """As it is kept in the study file."""
+        """As stored in the study file."""
         return asdict(self)
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Verdict:
-        """The inverse of `to_dict`. Raises TypeError or ValueError where that did not write it."""
+        """The inverse of `to_dict`. Raises TypeError or ValueError for invalid data."""
         verdict = cls(**data)
         numbers = [lap for lap in verdict.laps if lap is not None]
         numbers += [*verdict.progress, *verdict.clearances, verdict.margin, verdict.driven]
         if not all(isinstance(number, int | float) for number in numbers):
-            raise TypeError("a number of its verdict is none")
+            raise TypeError("a number of its result is not a number")
         if not all(isinstance(text, str) for text in (*verdict.outcomes, verdict.ended)):
-            raise TypeError("a word of its verdict is none")
+            raise TypeError("a text of its result is not text")
         if len(verdict.progress) != len(verdict.laps) or len(verdict.clearances) != len(verdict.laps):
-            raise ValueError("its verdict has not as many laps as races")
+            raise ValueError("its result has different numbers of laps and races")
         return verdict
 
 
@@ -131,7 +131,7 @@ def plain_car(car: Car) -> dict[str, dict[str, Any]]:
 
 
 def car_of(problem: Problem) -> Car:
-    """The problem's car, as the simulator takes it."""
+    """The problem's car for the simulator."""
     items = tuple((row.section, row.name, problem.car[row.section][row.name]) for row in CAR_FIELDS.fields)
     return _car_of(problem.car_name, items)
 
@@ -161,8 +161,8 @@ def judge(
 ) -> Verdict:
     """Races a candidate under all conditions, or until it is hopeless.
 
-    given: its setup. best: laps per race of the best that holds so far; a candidate that is slower than those by more
-    than the share `hopeless` is ended early, and so is one that failed twice.
+    given: its setup. best: laps per race of the best reliable candidate so far; a candidate that is slower by more than
+    the share `hopeless`, or that failed twice, is stopped early.
     """
     setup = Setup("candidate", dict(given), driver=problem.driver)
     try:

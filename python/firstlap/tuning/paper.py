@@ -1,4 +1,4 @@
-"""The paper's six settings, from base to optimum, driven here: its three figures with our laps beside its laps."""
+"""The paper's six settings, from base to optimum: its three figures with our lap times and its lap times."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ PRINTED: Mapping[int, Mapping[str, float]] = {
     2: {"k_ang": 0.3, "l_max": 0.6, "v_min": 2.3, "v_max": 6.5},
     4: {"k_soft": 10.0, "k_damp": 10.0},
 }
-"""What the paper says of the settings between the first and the last; they keep what came before."""
+"""Values that the paper gives for the settings between the first and the last; others are kept."""
 PRINTED_LAPS: Mapping[int, float] = {0: 17.5, 2: 15.6, 4: 14.3, 5: 12.8}
-"""Its laps [s]."""
+"""The paper's lap times [s]."""
 STEERING = ("k_ang", "k_dist", "k_soft", "k_damp", "k_rate", "l_max")
 MOTION = ("v_min", "v_max", "a_y_max", "a_x_max", "a_x_min")
 SILENT = ("trajectory.", "velocity_profile.a_", "velocity_profile.friction")
-"""Parameters of which the paper prints no values begin like this."""
+"""Prefixes of parameters without values in the paper."""
 COUNT = 6
 LAPS = 4
 
@@ -44,7 +44,7 @@ class SettingResult:
 
     @property
     def failed(self) -> int:
-        """Races not finished."""
+        """Number of races not finished."""
         return sum(not result.finished for result in self.results)
 
     @property
@@ -55,9 +55,9 @@ class SettingResult:
 
 
 def paper_settings() -> list[Setup]:
-    """The six. Settings 1 and 3, which the paper does not print, lie halfway between their neighbors.
+    """The six settings. Settings 1 and 3, which the paper does not give, are the means of their neighbors.
 
-    What it prints nowhere (acceleration limits, smoothing) goes evenly from our `base` to our `race`.
+    Parameters without values in the paper (acceleration limits, smoothing) are interpolated from `base` to `race`.
     """
     first, last = load_setup(FIRST), load_setup(LAST)
     second = first.with_values(PRINTED[2])
@@ -110,7 +110,7 @@ def drive_paper(
 
 
 def paper_summary(spec: str, track: Track, car: Car, driven: Sequence[SettingResult]) -> dict[str, Any]:
-    """As `firstlap tune --paper --json` prints it."""
+    """As in `firstlap tune --paper --json`."""
     first = driven[0].lap
     return {
         "version": __version__,
@@ -134,7 +134,7 @@ def paper_summary(spec: str, track: Track, car: Car, driven: Sequence[SettingRes
 
 
 def paper_report(found: dict[str, Any], driven: Sequence[SettingResult]) -> str:
-    """The page with the three figures."""
+    """The report with the three figures."""
     settings = [Setting(str(place), one.setup.given, one.lap, one.failed == 0) for place, one in enumerate(driven)]
     table_of = driven[0].setup.fields
     rows = [
@@ -149,9 +149,9 @@ def paper_report(found: dict[str, Any], driven: Sequence[SettingResult]) -> str:
         for row in found["settings"]
     ]
     words = (
-        f"{found['track']}, {found['track_length']:.1f} m, car {found['car']}, version {__version__}. The paper prints "
-        "settings 0 and 5 whole, of 2 and 4 what changed, and nothing of 1 and 3, which lie halfway here. It prints no "
-        "acceleration limits and no smoothing: these go evenly from our base to our race. Its laps are of its track."
+        f"{found['track']}, {found['track_length']:.1f} m, car {found['car']}, version {__version__}. The paper gives "
+        "settings 0 and 5 completely, the changes of 2 and 4, and nothing of 1 and 3 (interpolated here). It has no "
+        "acceleration limits and no smoothing: these are interpolated from base to race. Its laps are of its own track."
     )
     return page(
         f"The paper's six settings on {found['track']}",

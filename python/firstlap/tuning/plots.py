@@ -1,4 +1,4 @@
-"""Pictures of a tuning, like the paper's: parameters and lap by setting, driven lines, the front."""
+"""Plots of a tuning, like the paper's: parameters and lap time by setting, driven lines, the Pareto front."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from firstlap.tuning.settings import Setting
 from firstlap.tuning.study import Trial
 
 MOTION = ("velocity_profile", "speed")
-"""Sections of a setup that say how fast; the others say where."""
+"""Sections of a setup that determine the speed; the others determine the path."""
 
 
 def embedded(figure: Figure, words: str) -> str:
-    """An HTML image that needs no file beside it."""
+    """An HTML image with embedded data."""
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", dpi=110)
     data = base64.b64encode(buffer.getvalue()).decode()
@@ -49,7 +49,7 @@ def draw_parameters(fields: Sequence[Field], settings: Sequence[Setting]) -> Fig
 
 
 def draw_laps(settings: Sequence[Setting], published: Mapping[int, float] | None = None) -> Figure:
-    """Lap time by setting; published: laps of someone else's, by the place of the setting [s]."""
+    """Lap time by setting; published: published lap times [s] by index of the setting."""
     figure = new_figure(11.0, 3.6)
     axes = figure.add_subplot()
     laps = [float("nan") if setting.lap is None else setting.lap for setting in settings]
@@ -85,9 +85,9 @@ def _label_settings(axes: Axes, settings: Sequence[Setting]) -> None:
 
 
 def draw_front(trials: Sequence[Trial], marked: Mapping[str, tuple[float, float]], margin: float) -> Figure:
-    """Every trial's lap against its smallest clearance; those that nothing beats joined.
+    """Lap time against smallest clearance of every trial, with the Pareto front.
 
-    marked: the chosen setups, their lap [s] and clearance [m] on fresh seeds.
+    marked: the selected setups, their lap [s] and clearance [m] on the check seeds.
     """
     figure = new_figure(11.0, 4.6)
     axes = figure.add_subplot()
@@ -110,7 +110,7 @@ def draw_front(trials: Sequence[Trial], marked: Mapping[str, tuple[float, float]
     axes.axhline(margin, color=BAD, linestyle=":", linewidth=1.2)
     axes.annotate("margin", (1.0, margin), xycoords=("axes fraction", "data"), ha="right", va="bottom", color=BAD)
     for (name, (lap, clearance)), marker in zip(marked.items(), "*Dsv", strict=False):
-        axes.plot(lap, clearance, marker, color=RIGHT, markersize=13, markeredgecolor=INK, label=f"{name}, fresh seeds")
+        axes.plot(lap, clearance, marker, color=RIGHT, markersize=13, markeredgecolor=INK, label=f"{name}, check seeds")
     axes.set_xlabel("lap [s]")
     axes.set_ylabel("smallest clearance [m]")
     axes.legend(frameon=False, fontsize=9)
@@ -120,12 +120,12 @@ def draw_front(trials: Sequence[Trial], marked: Mapping[str, tuple[float, float]
 
 
 def draw_importance(shares: Mapping[str, float]) -> Figure:
-    """Bars, the largest on top."""
+    """Importance of the parameters as bars, the largest at the top."""
     names = [name.rpartition(".")[2] for name in shares][::-1]
     figure = new_figure(11.0, 0.28 * len(names) + 1.0)
     axes = figure.add_subplot()
     axes.barh(names, list(shares.values())[::-1], color=LEFT)
-    axes.set_xlabel("share of what decides between good and middling")
+    axes.set_xlabel("relative importance")
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
     axes.tick_params(labelsize=9)
@@ -134,16 +134,14 @@ def draw_importance(shares: Mapping[str, float]) -> Figure:
 
 
 def draw_search(trials: Sequence[Trial]) -> Figure:
-    """Lap of every trial in the order of the search, and the best that held so far."""
+    """Lap time of every trial in the order of the search, and the best reliable one so far."""
     figure = new_figure(11.0, 3.4)
     axes = figure.add_subplot()
-    for held, color, words in ((True, LEFT, "holds"), (False, FAINT, "does not, or ended early")):
+    for held, color, words in ((True, LEFT, "holds"), (False, FAINT, "not reliable, or stopped early")):
         some = [t for t in trials if t.verdict.lap and t.verdict.holds == held]
         axes.plot([t.number for t in some], [t.verdict.lap or np.nan for t in some], ".", color=color, label=words)
     best = np.minimum.accumulate([t.cost if t.verdict.holds else np.inf for t in trials]) if trials else np.array([])
-    axes.plot(
-        [t.number for t in trials], np.where(np.isfinite(best), best, np.nan), color=RIGHT, label="best that holds"
-    )
+    axes.plot([t.number for t in trials], np.where(np.isfinite(best), best, np.nan), color=RIGHT, label="best reliable")
     axes.set_xlabel("trial")
     axes.set_ylabel("lap [s]")
     axes.legend(frameon=False, fontsize=9)
@@ -152,7 +150,7 @@ def draw_search(trials: Sequence[Trial]) -> Figure:
 
 
 def draw_lines(track: Track, compared: RaceResult, tuned: RaceResult) -> Figure:
-    """A flying lap of each on the track: the first gray, the second colored by its speed."""
+    """A flying lap of each setup on the track: the first in gray, the second colored by its speed."""
     corners = np.vstack(track.walls)
     low, high = corners.min(axis=0) - 0.5, corners.max(axis=0) + 0.5
     height = float(np.clip(11.0 * (high[1] - low[1]) / (high[0] - low[0]), 4.0, 11.0))
@@ -174,7 +172,7 @@ def draw_lines(track: Track, compared: RaceResult, tuned: RaceResult) -> Figure:
 
 
 def _last_lap(result: RaceResult) -> dict[str, np.ndarray]:
-    """The path's columns of the last complete lap; all of it where there is none."""
+    """The path's columns of the last complete lap; the whole path if there is none."""
     end = sum(lap.time for lap in result.laps) or float("inf")
     begin = end - result.laps[-1].time if result.laps else 0.0
     kept = (result.path["time"] >= begin) & (result.path["time"] <= end)

@@ -1,4 +1,4 @@
-"""Who races the candidates: the cores of this machine, or a Dask cluster; both as `concurrent.futures`."""
+"""Workers that race candidates: the cores of this machine, or a Dask cluster; both as `concurrent.futures`."""
 
 from __future__ import annotations
 
@@ -30,31 +30,31 @@ CONNECT_SECONDS = 10.0
 WORKERLESS_SECONDS = 20.0
 POLL_SECONDS = 0.5
 SCHEMES = ("tcp", "tls", "ws", "wss", "ucx", "ucxx")
-"""Of what Dask connects by."""
+"""Protocols of Dask addresses."""
 Job = tuple[Problem, Values, Sequence[float | None] | None]
 
 
 class PoolGoneError(Exception):
-    """Whoever raced is gone; one line says how."""
+    """The workers are gone; the message is one line."""
 
 
 class StoppedError(Exception):
-    """The race was stopped from outside."""
+    """The race was interrupted."""
 
 
 class Pool(Protocol):
-    """Races candidates, many at once."""
+    """Races candidates in parallel."""
 
     workers: int
 
     def submit(self, job: Job) -> Future[Verdict]:
-        """Races one."""
+        """Races one candidate."""
 
     def check(self) -> None:
-        """Called now and then while waiting. Raises PoolGoneError."""
+        """Called periodically while waiting. Raises PoolGoneError."""
 
     def close(self) -> None:
-        """Ends what still runs."""
+        """Ends the running races."""
 
 
 class LocalPool:
@@ -71,7 +71,7 @@ class LocalPool:
         )
 
     def submit(self, job: Job) -> Future[Verdict]:
-        """Races one."""
+        """Races one candidate."""
         return self._executor.submit(judge, *job, None if self._in_python else self._look)
 
     def _look(self, _running: _core.Race) -> None:
@@ -79,16 +79,16 @@ class LocalPool:
             raise StoppedError
 
     def check(self) -> None:
-        """This machine is always there."""
+        """Does nothing: this machine is always available."""
 
     def close(self) -> None:
-        """Ends what still runs."""
+        """Ends the running races."""
         self._stop.set()
         self._executor.shutdown(wait=True, cancel_futures=True)
 
 
 class ClusterPool:
-    """A Dask cluster. A job whose worker dies is raced again by another."""
+    """A Dask cluster. A job whose worker dies is raced again by another worker."""
 
     def __init__(self, address: str) -> None:
         try:
@@ -101,7 +101,7 @@ class ClusterPool:
         try:
             self._client: Any = connect(address, timeout=CONNECT_SECONDS, set_as_default=False)
         except (OSError, ValueError, TypeError, TimeoutError) as error:
-            raise InputError(f"--cluster {address}: no scheduler answers there ({_first_line(error)})") from None
+            raise InputError(f"--cluster {address}: no scheduler answers ({_first_line(error)})") from None
         self._address = address
         self._seen = time.monotonic()
         self._executor = self._client.get_executor(pure=False)
@@ -116,7 +116,9 @@ class ClusterPool:
         while not (threads := self._threads()):
             if time.monotonic() > end:
                 self.close()
-                raise InputError(f"--cluster {self._address}: it has no workers; start some with `dask worker`")
+                raise InputError(
+                    f"--cluster {self._address}: the cluster has no workers; start some with `dask worker`"
+                )
             time.sleep(0.1)
         return threads
 
@@ -125,46 +127,48 @@ class ClusterPool:
             theirs = self._executor.submit(_version).result(timeout=CONNECT_SECONDS * 3)
         except Exception as error:
             self.close()
-            raise InputError(f"--cluster {self._address}: firstlap does not run there ({_first_line(error)})") from None
+            raise InputError(
+                f"--cluster {self._address}: firstlap does not run on its workers ({_first_line(error)})"
+            ) from None
         if theirs != __version__:
             self.close()
-            raise InputError(f"--cluster {self._address}: firstlap is {theirs} there, {__version__} here")
+            raise InputError(f"--cluster {self._address}: workers have firstlap {theirs}; expected {__version__}")
 
     def submit(self, job: Job) -> Future[Verdict]:
-        """Races one."""
+        """Races one candidate."""
         try:
             return self._executor.submit(judge, *job)
         except Exception as error:
-            raise PoolGoneError(f"the cluster {self._address} went away ({_first_line(error)})") from None
+            raise PoolGoneError(f"the cluster {self._address} was lost ({_first_line(error)})") from None
 
     def check(self) -> None:
-        """Raises PoolGoneError where the scheduler has gone, or all workers for a while."""
+        """Raises PoolGoneError if the scheduler is gone, or all workers for some time."""
         try:
             threads = self._threads() if self._client.status == "running" else None
         except Exception:
             threads = None
         if threads is None:
-            raise PoolGoneError(f"the cluster {self._address} went away")
+            raise PoolGoneError(f"the cluster {self._address} was lost")
         if threads:
             self._seen = time.monotonic()
         elif time.monotonic() - self._seen > WORKERLESS_SECONDS:
             raise PoolGoneError(f"the cluster {self._address} has had no workers for {WORKERLESS_SECONDS:g} s")
 
     def close(self) -> None:
-        """Leaves the cluster."""
+        """Disconnects from the cluster."""
         try:
             self._client.close(timeout=2.0)
         except Exception:
-            logging.getLogger(__name__).debug("the cluster did not say goodbye", exc_info=True)
+            logging.getLogger(__name__).debug("the cluster did not disconnect properly", exc_info=True)
 
 
 def make_pool(driver: str, cluster: str | None, workers: int | None) -> LocalPool | ClusterPool:
-    """Raises InputError where the cluster is not there."""
+    """Makes the pool. Raises InputError if the cluster cannot be reached."""
     return LocalPool(driver, workers) if cluster is None else ClusterPool(cluster)
 
 
 def race_all(pool: Pool, jobs: Sequence[Job], done: Callable[[int, Verdict], object]) -> list[Verdict]:
-    """All verdicts in the order of the jobs; `done` is called in this thread as each comes. Raises PoolGoneError."""
+    """All results in the order of the jobs; `done` is called in this thread for each. Raises PoolGoneError."""
     futures = {pool.submit(job): index for index, job in enumerate(jobs)}
     found: dict[int, Verdict] = {}
     try:
@@ -190,15 +194,15 @@ def _result(future: Future[Verdict]) -> Verdict:
     try:
         return future.result()
     except CancelledError:
-        raise PoolGoneError("the cluster went away (it cancelled a candidate)") from None
+        raise PoolGoneError("the cluster was lost (it canceled a candidate)") from None
     except Exception as error:
         if type(error).__module__.startswith("distributed"):
-            raise PoolGoneError(f"the cluster gave a candidate up ({_first_line(error)})") from None
+            raise PoolGoneError(f"the cluster gave up a candidate ({_first_line(error)})") from None
         raise
 
 
 def _check_address(address: str) -> None:
-    """Raises InputError for what can be nobody's address; a client that fails on it takes long to go away."""
+    """Raises InputError for an invalid address, on which a Dask client would take long to fail."""
     place, colon, port = address.rpartition(":")
     scheme, separator, host = place.rpartition("://")
     whole = bool(host) and bool(colon) and port.isascii() and port.isdigit() and int(port) < 65536
@@ -207,7 +211,7 @@ def _check_address(address: str) -> None:
 
 
 def _silence_dask() -> None:
-    """What Dask has to say about a cluster that comes and goes; we say it in one line."""
+    """Silences Dask's log messages about lost connections, which we report in one line."""
     for name in list(logging.root.manager.loggerDict):
         if name.startswith(("distributed", "tornado")):
             logging.getLogger(name).setLevel(logging.CRITICAL)

@@ -1,4 +1,4 @@
-"""The report of a tuning: one HTML file with everything in it."""
+"""The report of a tuning: one self-contained HTML file."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ td, th { padding: 0.2em 0.9em 0.2em 0; vertical-align: top; } td { border-bottom
 """
 
 
-ROLES = (("holds", "fastest that holds"), ("seen", "fastest seen"))
-"""The two marked setups, in words."""
+ROLES = (("holds", "fastest reliable"), ("seen", "fastest seen"))
+"""Titles of the two selected setups."""
 
 
 def page(title: str, parts: Iterable[str]) -> str:
@@ -62,12 +62,12 @@ def _cell(cell: object) -> str:
 
 
 def number(value: float | None, digits: int = 2) -> str:
-    """With so many digits; a dash for nothing."""
+    """A number with that many digits; a dash for None."""
     return "-" if value is None or value != value or abs(value) == float("inf") else f"{value:.{digits}f}"
 
 
 def report(tuned: Tuned, found: dict[str, Any], validation: Validation | None, command: str) -> str:
-    """The page. found: the summary as in --json."""
+    """The report as HTML. found: the summary as in --json."""
     settings = settings_of(tuned)
     parts = [
         _headline(found),
@@ -77,7 +77,7 @@ def report(tuned: Tuned, found: dict[str, Any], validation: Validation | None, c
         embedded(draw_laps(settings), "lap time by setting"),
         *_parameters(tuned, settings),
         *_lines(tuned),
-        "<h2>Fast against safe</h2>",
+        "<h2>Lap time against clearance</h2>",
         embedded(
             draw_front(tuned.study.ordered, _marked(tuned), tuned.problem.margin),
             "lap against clearance of every trial",
@@ -86,7 +86,7 @@ def report(tuned: Tuned, found: dict[str, Any], validation: Validation | None, c
         _tried(tuned),
         *_importance(tuned),
         *_rules(tuned),
-        "<h2>How candidates were judged</h2>",
+        "<h2>How candidates were evaluated</h2>",
         table(
             ["name", "value", "", "what"],
             [(row.name, f"{tuned.session.judge[row.name]:g}", row.unit, row.doc) for row in EVALUATION_FIELDS.fields],
@@ -108,11 +108,11 @@ def _headline(found: dict[str, Any]) -> str:
         "setup",
         "lap [s]",
         f"less than {start['setup']}",
-        "failed on fresh seeds",
+        "failed on check seeds",
         "smallest clearance [m]",
         "file",
     ]
-    missing = "" if found["holds"] else '<p class="verdict bad">No setup was found that holds.</p>'
+    missing = "" if found["holds"] else '<p class="verdict bad">No reliable setup was found.</p>'
     return missing + table(head, rows)
 
 
@@ -120,7 +120,7 @@ def _what(tuned: Tuned, found: dict[str, Any]) -> str:
     return (
         f"Driver {found['driver']}, car {found['car']}, {found['direction']}; {found['trials']} trials of up to "
         f"{found['seeds']} races, seed {found['seed']}; {found['laps']:.0f} laps simulated in {found['seconds']:.0f} s "
-        f"of search, {found['laps_per_second']:.1f} a second with {found['workers']} at once; "
+        f"of search, {found['laps_per_second']:.1f} per second with {found['workers']} workers; "
         f"study {found['study']} in {found['study_file']}; version {__version__}."
     )
 
@@ -169,11 +169,11 @@ def _values(fields: Sequence[Field], settings: Sequence[Setting]) -> str:
 
 
 def _lines(tuned: Tuned) -> list[str]:
-    """Races with one seed, under the conditions as they are meant to be."""
+    """Races with one seed, under nominal conditions."""
     if tuned.choice.holds is None:
         return []
     compared, holds = _drive(tuned, tuned.search.compared), _drive(tuned, _setup(tuned, "holds"))
-    words = f"A flying lap without spread: {compared.setup.name} dashed, the setup that holds colored by its speed."
+    words = f"A flying lap without spread: {compared.setup.name} dashed, the reliable setup colored by its speed."
     return [
         "<h2>Driven lines</h2>",
         f"<p>{escape(words)}</p>",
@@ -195,13 +195,13 @@ def _marked(tuned: Tuned) -> dict[str, tuple[float, float]]:
     choice = tuned.choice
     return {
         name: (chosen.lap, chosen.check.clearance)
-        for name, chosen in (("fastest that holds", choice.holds), ("fastest seen", choice.seen))
+        for name, chosen in (("fastest reliable", choice.holds), ("fastest seen", choice.seen))
         if chosen and chosen.check.lap and not (name == "fastest seen" and chosen == choice.holds)
     }
 
 
 def _tried(tuned: Tuned) -> str:
-    """The finalists on fresh seeds."""
+    """The finalists on the check seeds."""
     rows = [
         (
             chosen.trial.start or f"trial {chosen.trial.number}",
@@ -209,7 +209,7 @@ def _tried(tuned: Tuned) -> str:
             number(chosen.check.lap),
             f"{chosen.check.failed} of {chosen.check.raced}",
             number(chosen.check.clearance),
-            "chosen" if chosen == tuned.choice.holds else "holds" if chosen.check.holds else "does not hold",
+            "chosen" if chosen == tuned.choice.holds else "holds" if chosen.check.holds else "not reliable",
         )
         for chosen in tuned.choice.tried
     ]
@@ -226,7 +226,7 @@ def _importance(tuned: Tuned) -> list[str]:
 
 
 def _rules(tuned: Tuned) -> list[str]:
-    """`firstlap check` of the start and the chosen ones, side by side."""
+    """`firstlap check` of the starting and the selected setups, side by side."""
     columns = [(tuned.search.compared.name, tuned.search.compared)]
     columns += [(role, _setup(tuned, role)) for role in ("holds", "seen") if getattr(tuned.choice, role)]
     rows: list[Sequence[object]] = []
@@ -237,7 +237,7 @@ def _rules(tuned: Tuned) -> list[str]:
     if not rows:
         return []
     return [
-        "<h2>What the rules of thumb say</h2>",
-        "<p>As of <code>firstlap check</code>: what the search found against the rules.</p>",
+        "<h2>Rules of thumb</h2>",
+        "<p>From <code>firstlap check</code>: the selected setups compared with the rules of thumb.</p>",
         table(["setup", "rule", "formula", "value", "wanted", "", "remark"], rows),
     ]

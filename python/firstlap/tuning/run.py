@@ -1,4 +1,4 @@
-"""A whole tuning: search, choice on fresh seeds, setup files."""
+"""A complete tuning: search, selection on check seeds, setup files."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ from firstlap.tuning.validate import Validation, validate
 
 
 class TuningProgress:
-    """What a tuning tells whoever watches; every method may be left as it is."""
+    """Progress callbacks of a tuning; all methods are optional."""
 
     def trial(self, search: Search, trial: Trial) -> None:
-        """A trial has finished."""
+        """Called when a trial has finished."""
 
     def races(self, what: str, count: int) -> None:
-        """So many races of a later part have finished."""
+        """Called when `count` races of a later step have finished."""
 
 
 @dataclass(frozen=True)
 class Tuned:
-    """What a tuning came to. workers: how many raced at once."""
+    """The result of a tuning. workers: number of parallel races."""
 
     session: Session
     search: Search
@@ -44,29 +44,29 @@ class Tuned:
 
     @property
     def problem(self) -> Problem:
-        """As candidates raced it."""
+        """The races of the candidates."""
         return self.search.problem
 
     @property
     def gain(self) -> float | None:
-        """Share of the start's lap that the setup that holds saves."""
+        """Lap time saved by the reliable setup, as a share of the starting setup's lap."""
         holds = self.choice.holds
         return self.less(holds) if holds else None
 
     @property
     def reference(self) -> float:
-        """Lap of the start that is compared with, on the fresh seeds [s]."""
+        """Lap time of the starting setup on the check seeds [s]."""
         return self.choice.compared.lap or self.search.reference
 
     def less(self, chosen: Chosen) -> float:
-        """Share of the start's lap that a setup saves, on the same seeds."""
+        """Lap time saved by a setup, as a share of the starting setup's lap on the same seeds."""
         return 1.0 - chosen.lap / self.reference
 
 
 def tune(session: Session, study: Study, pool: Pool, budget: Budget, watch: TuningProgress) -> Tuned:
-    """Searches, then races the best again on fresh seeds; a budget in seconds is of both.
+    """Searches, then races the best again on check seeds; a budget in seconds covers both.
 
-    Raises InputError where no start finishes the track, PoolGoneError where the cluster goes away.
+    Raises InputError if no starting setup finishes the track, PoolGoneError if the cluster is lost.
     """
     search = Search(
         session.problem(),
@@ -87,7 +87,7 @@ def tune(session: Session, study: Study, pool: Pool, budget: Budget, watch: Tuni
 
 
 def validate_tuned(tuned: Tuned, others: Mapping[str, Track], pool: Pool, watch: TuningProgress) -> Validation | None:
-    """Races what was chosen where the search never was; nothing where nothing holds. Raises PoolGoneError."""
+    """Races the selected setup on unseen seeds and tracks; None without a reliable setup. Raises PoolGoneError."""
     holds = tuned.choice.holds
     if holds is None:
         return None
@@ -105,8 +105,8 @@ def validate_tuned(tuned: Tuned, others: Mapping[str, Track], pool: Pool, watch:
 
 
 def write_setups(tuned: Tuned, folder: Path) -> dict[str, Path]:
-    """{"holds": file, "seen": file} for those that there are. Raises InputError."""
-    titles = {"holds": "the fastest setup that holds", "seen": "the fastest setup seen, which may fail"}
+    """Writes the setups; returns {"holds": file, "seen": file} for those that exist. Raises InputError."""
+    titles = {"holds": "the fastest reliable setup", "seen": "the fastest setup seen, which may fail"}
     written = {}
     for role, chosen in (("holds", tuned.choice.holds), ("seen", tuned.choice.seen)):
         if chosen is None:
@@ -131,9 +131,9 @@ def _header(tuned: Tuned, chosen: Chosen, title: str) -> list[str]:
         f"study {tuned.study.name}, {found} of {len(tuned.study.trials)}, seed {session.seed}",
         f"search: {verdict.raced} races of {search.problem.laps} laps, {verdict.failed} failed, "
         f"lap {verdict.lap:.2f} s, clearance {verdict.clearance:.2f} m",
-        f"fresh seeds: {check.raced} races of {int(session.judge['check_laps'])} laps, "
+        f"check seeds: {check.raced} races of {int(session.judge['check_laps'])} laps, "
         f"{check.raced - check.failed} finished, lap {chosen.lap:.2f} s, clearance {check.clearance:.2f} m, "
-        f"margin of {check.margin:g} m broken in {broken}",
+        f"margin of {check.margin:g} m violated in {broken}",
         f"every race differs: {spread}",
         f"setup {search.compared.name} laps in {tuned.reference:.2f} s there: {100 * saved:.1f} % less",
     ]

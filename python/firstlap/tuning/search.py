@@ -1,8 +1,8 @@
 """The search: CMA-ES over the unit cube, generation by generation.
 
-A generation is asked whole, raced in any order by anyone, and told whole in the order of its numbers: two workers, or
-twenty, find what one finds. A study that was interrupted is resumed by asking again from the beginning; what was raced
-before is answered from the study file.
+A generation is asked for as a whole, raced in any order, and told as a whole in the order of its numbers, so the result
+does not depend on the number of workers. An interrupted study is resumed by repeating the search from the beginning;
+results of earlier races are taken from the study file.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ MOST_RESERVED = 0.5
 
 @dataclass(frozen=True)
 class Budget:
-    """trials: at most so many; seconds: of search at most. One of them is given."""
+    """Maximum number of trials, or maximum duration of the search in seconds."""
 
     trials: int | None = None
     seconds: float | None = None
@@ -41,7 +41,7 @@ class Budget:
 
 
 def parse_budget(text: str) -> Budget:
-    """3m, 90s, 1h or a number of trials. Raises InputError."""
+    """Parses 3m, 90s, 1h or a number of trials. Raises InputError."""
     unit = {"s": 1.0, "m": 60.0, "h": 3600.0}.get(text[-1:].lower())
     try:
         number = float(text[:-1] if unit else text)
@@ -99,7 +99,7 @@ class Search:
         return min((t for t in self.study.ordered if t.verdict.holds), key=lambda t: (t.cost, t.number), default=None)
 
     def run(self, budget: Budget) -> None:
-        """Races until the budget is used. Raises InputError where no start finishes, PoolGoneError."""
+        """Races until the budget is used. Raises InputError if no starting setup finishes, PoolGoneError."""
         before = time.process_time()
         self._run(budget)
         self.cpu_seconds = time.process_time() - before
@@ -127,7 +127,7 @@ class Search:
                 optimizer = self._optimizer(round_, number)
 
     def _stale(self, number: int, begun: int) -> bool:
-        """Whether the last generations of this round found nothing better that holds."""
+        """Whether the last generations of this restart found no better reliable setup."""
         best = self._best_before(number)
         last = max(best.number + 1 if best else 0, begun)
         return number - last >= STALE * self.population
@@ -137,7 +137,7 @@ class Search:
         return min(held, key=lambda t: (t.cost, t.number), default=None)
 
     def _probes(self) -> dict[int, list[Setup]]:
-        """{start: setups about it} for every start that finished; nothing where there is no choice among starts."""
+        """{start: setups near it} for every starting setup that finished; empty if there is only one."""
         whole = [i for i in range(len(self.starts)) if i in self.study.trials and self.study.trials[i].verdict.lap]
         whole = [i for i in whole if not self.study.trials[i].verdict.failed]
         if len(whole) < 2:
@@ -151,7 +151,7 @@ class Search:
         return found
 
     def _best_neighborhood(self, probes: dict[int, list[Setup]], trials: Sequence[Trial]) -> Setup:
-        """The start whose neighbors do best in the middle: a fast setup that stands alone leads nowhere."""
+        """The starting setup whose neighbors have the best median: a fast isolated setup is a poor start."""
         costs = [trial.cost for trial in trials]
         middle = {}
         for index, points in probes.items():
@@ -161,15 +161,15 @@ class Search:
         return self.starts[best] if np.isfinite(middle[best]) else self.trunk
 
     def _left(self, budget: Budget, number: int, wanted: int) -> int:
-        """How many of the trials wanted next the budget still has."""
+        """How many of the next trials the budget still allows."""
         if self._out_of_time(budget, number):
             return 0
         return wanted if budget.trials is None else max(min(budget.trials - number, wanted), 0)
 
     def _out_of_time(self, budget: Budget, number: int) -> bool:
-        """Whether the next generation would end too late; what is in the study already was paid for.
+        """Whether the next generation would exceed the budget; trials already in the study cost nothing.
 
-        Time is left for the laps of the choice, at the speed so far, but never more than half of the budget.
+        Time is reserved for the laps of the selection, at the rate so far, but at most half of the budget.
         """
         if budget.seconds is None or number in self.study.trials:
             return False
@@ -183,7 +183,7 @@ class Search:
         trials = self._race(self.starts[: budget.trials], 0)
         whole = [trial for trial in trials if trial.verdict.failed == 0 and trial.verdict.lap]
         if not whole:
-            raise InputError(f"{self.problem.track.name}: no start finishes it; {_why(trials)}")
+            raise InputError(f"{self.problem.track.name}: no starting setup finishes it; {_why(trials)}")
         first = next(trial for trial in whole)
         self.compared = self.starts[first.number]
         self.reference = first.verdict.lap or 0.0
@@ -192,7 +192,8 @@ class Search:
         self.trunk = self.starts[best.number]
 
     def _optimizer(self, round_: int, number: int) -> Any:
-        """Begins at the best start; every further time at the best so far, closer about it, with another seed."""
+        """Begins at the best starting setup; restarts begin at the best so far, with a smaller spread and another
+        seed."""
         import cmaes
 
         best = self._best_before(number)
@@ -211,7 +212,7 @@ class Search:
         return replace(trunk, given={**trunk.given, **self.space.values(point)})
 
     def _race(self, setups: Sequence[Setup], first: int) -> list[Trial]:
-        """Trials of these setups, in order; raced where the study does not have them yet."""
+        """Trials of these setups, in order; only those that are not in the study are raced."""
         best = self._best_before(first)
         limit = best.verdict.laps if best else None
         missing = []
@@ -221,8 +222,8 @@ class Search:
                 missing.append(index)
             elif not _same(known.given, setup.given):
                 raise InputError(
-                    f"study '{self.study.name}': trial {first + index} is not what this search asks for; "
-                    "it was made by another version; expected another --name"
+                    f"study '{self.study.name}': trial {first + index} does not match this search; "
+                    "it was made by another version; use another --name"
                 )
 
         def done(job: int, verdict: Verdict) -> None:
@@ -242,7 +243,7 @@ class Search:
 
 
 def default_population(axes: int) -> int:
-    """Of Hansen's rule, even, so that two workers share it."""
+    """By Hansen's rule, rounded to an even number for two workers."""
     size = 4 + int(3 * np.log(axes))
     return size + size % 2
 

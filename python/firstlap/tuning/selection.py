@@ -1,4 +1,4 @@
-"""From many trials to two setups: the fastest that holds on fresh seeds, and the fastest seen."""
+"""Selects two setups from the trials: the fastest reliable one on the check seeds, and the fastest seen."""
 
 from __future__ import annotations
 
@@ -16,32 +16,32 @@ STAGE = 15
 MOST_TRIES = 12
 USUAL_FAILURES = 4
 Progress = Callable[[str, int], object]
-"""Called with what is done and how many races are over."""
+"""Called with the current activity and the number of finished races."""
 
 
 @dataclass(frozen=True)
 class Chosen:
-    """A trial and what it did on fresh seeds."""
+    """A trial and its result on the check seeds."""
 
     trial: Trial
     check: Verdict
 
     @property
     def lap(self) -> float:
-        """Mean flying lap on the fresh seeds [s]."""
+        """Mean flying lap on the check seeds [s]."""
         return self.check.lap or float("inf")
 
     @property
     def success(self) -> float:
-        """Share of the races on fresh seeds that were finished."""
+        """Share of finished races on the check seeds."""
         return 1.0 - self.check.failed / max(self.check.raced, 1)
 
 
 @dataclass(frozen=True)
 class Selection:
-    """holds: none where nothing did. seen: the fastest on fresh seeds of what was raced there, which the fastest lap of
-    the search always is, of those that finished at least every other race. tried: what was raced there to find `holds`.
-    compared: the start that laps are compared with, on the same seeds."""
+    """holds: the fastest reliable trial, or None. seen: the fastest trial on the check seeds that finished at least
+    half of its races there; the fastest lap of the search is always among them. tried: the trials raced to find
+    `holds`. compared: the starting setup that laps are compared with, on the same seeds."""
 
     holds: Chosen | None
     seen: Chosen | None
@@ -50,7 +50,7 @@ class Selection:
 
 
 def usual_laps(judge: dict[str, float]) -> float:
-    """What a choice simulates, about: the finalists, the start and the fastest seen wholly, some that fail at once."""
+    """The approximate number of laps of a selection: finalists, start and fastest seen, and some that fail early."""
     races = (judge["finalists"] + 2) * judge["check_seeds"] + USUAL_FAILURES * STAGE
     return races * judge["check_laps"]
 
@@ -64,10 +64,10 @@ def choose(
     seed: int,
     progress: Progress,
 ) -> Selection:
-    """Races the best trials again, on seeds that the search never saw. Raises PoolGoneError.
+    """Races the best trials again, on seeds not used in the search. Raises PoolGoneError.
 
-    The cheapest that hold are tried one after the other; after one that fails, the next must have kept more clearance.
-    Among the first `finalists` that hold, the fastest on the fresh seeds is chosen.
+    The reliable trials of lowest cost are tried one after the other; after a failure, the next must have more
+    clearance. Among the first `finalists` that are reliable, the fastest on the check seeds is selected.
     """
     fresh = replace(problem, laps=int(judge["check_laps"]), patient=True)
     conditions = checks(int(judge["check_seeds"]), seed)
@@ -90,7 +90,7 @@ def choose(
 def _race_while_it_holds(
     problem: Problem, given: Values, conditions: Sequence[Conditions], pool: Pool, progress: Progress
 ) -> Verdict:
-    """Under all conditions, or until a stage of them shows that it does not hold."""
+    """Races under all conditions, or until a stage shows that the candidate is not reliable."""
     found: list[Verdict] = []
     for first in range(0, len(conditions), STAGE):
         found.append(race_conditions(problem, given, conditions[first : first + STAGE], pool, progress))
@@ -120,7 +120,7 @@ def _fastest_seen(
 def race_conditions(
     problem: Problem, given: Values, conditions: Sequence[Conditions], pool: Pool, progress: Progress
 ) -> Verdict:
-    """One setup under many conditions, shared among the workers. Raises PoolGoneError."""
+    """Races one setup under many conditions, distributed over the workers. Raises PoolGoneError."""
     parts = [tuple(conditions[i : i + CHUNK]) for i in range(0, len(conditions), CHUNK)]
     jobs = [(replace(problem, conditions=part), given, None) for part in parts]
     verdicts = race_all(pool, jobs, lambda _index, verdict: progress("fresh seeds", verdict.raced))
@@ -128,7 +128,7 @@ def race_conditions(
 
 
 def merged(verdicts: Sequence[Verdict], margin: float) -> Verdict:
-    """One verdict of all races of several."""
+    """Merges several results into one."""
     return Verdict(
         laps=[lap for v in verdicts for lap in v.laps],
         progress=[share for v in verdicts for share in v.progress],
@@ -140,7 +140,7 @@ def merged(verdicts: Sequence[Verdict], margin: float) -> Verdict:
 
 
 def pareto_front(trials: Sequence[Trial]) -> list[Trial]:
-    """Of the trials that finished every race: those that no other beats in both lap and clearance, fastest first."""
+    """The Pareto front of lap time and clearance, of the trials that finished every race, fastest first."""
     whole = [t for t in trials if t.verdict.lap and t.verdict.failed == 0 and not t.verdict.ended]
     result: list[Trial] = []
     for trial in sorted(whole, key=lambda t: (t.verdict.lap, -t.verdict.clearance)):

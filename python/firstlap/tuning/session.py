@@ -1,4 +1,4 @@
-"""One session of tuning from what a person asked for: problem, starts, space, and what the study is about."""
+"""One tuning session from the user's options: problem, starting setups, search space, and study attributes."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from firstlap.tuning.variation import SPREAD_NAMES, corners
 
 BASE = "base"
 SEARCHED = ("laps", "margin", "hopeless", "slowest")
-"""Rows of the judge's table that decide what a search finds; the others are of what comes after it."""
+"""Rows of the evaluation table that affect the search; the others apply after it."""
 
 
 @dataclass(frozen=True)
 class Session:
-    """What is asked for. track: as driven; reverse: whether it is the other way round."""
+    """The options of a session. track: in the direction of travel; reverse: whether that is the opposite direction."""
 
     spec: str
     track: Track
@@ -39,16 +39,16 @@ class Session:
 
     @property
     def driver(self) -> str:
-        """Whose setup is tuned."""
+        """The driver whose setup is tuned."""
         return self.starts[0].driver
 
     @property
     def spread(self) -> dict[str, float]:
-        """The part of the judge's table that differs from race to race."""
+        """The rows of the evaluation table that vary from race to race."""
         return {name: self.judge[name] for name in SPREAD_NAMES}
 
     def problem(self) -> Problem:
-        """What candidates race."""
+        """The races of a candidate."""
         return Problem(
             track=self.track,
             driver=self.driver,
@@ -62,7 +62,7 @@ class Session:
         )
 
     def about(self) -> dict[str, Any]:
-        """What tells one search from another; it is kept in the study."""
+        """The attributes that identify a search; stored in the study."""
         return {
             "track": self.spec,
             "track_digest": track_digest(self.track),
@@ -98,9 +98,9 @@ def make_session(
     fix: str | None = None,
     population: int | None = None,
 ) -> Session:
-    """start: the setup to begin with and to compare with; default: base, or the driver's own.
+    """start: the setup to start from and to compare with; default: base, or the driver's own.
 
-    others: setups that are raced too, names with commas between, or `none`; default: our own of the same driver.
+    others: further starting setups, comma-separated, or `none`; default: our own of the same driver.
     Raises InputError.
     """
     driver_kind(driver or LOCAL)
@@ -126,13 +126,13 @@ def make_session(
 
 
 def _only_these(first: Setup, other: Setup, space: Space) -> Setup:
-    """The first start with another's values where the search may change them."""
+    """The first starting setup with another's values for the tuned parameters."""
     values = {(a.field.section, a.field.name): other.get(a.field.key) for a in space.axes}
     return replace(first, name=f"{first.name} with {other.name}", given={**first.given, **values})
 
 
 def starts_of(first: Setup, others: str | None = None) -> list[Setup]:
-    """The setup asked for, then the others, or our own of the same driver: the search begins at the best of them."""
+    """The given setup, then the others, or our own of the same driver; the search begins at the best of them."""
     names = list_setups(first.driver) if others is None else _named(others)
     found = [load_setup(name, first.driver) for name in names]
     return [first, *(setup for setup in found if setup.given != first.given)]
@@ -141,19 +141,19 @@ def starts_of(first: Setup, others: str | None = None) -> list[Setup]:
 def _named(others: str) -> list[str]:
     names = [name.strip() for name in others.split(",") if name.strip()]
     if not names:
-        raise InputError("--starts: expected setups with commas between, for example sure,race, or none")
+        raise InputError("--starts: expected comma-separated setups, for example sure,race, or none")
     return [] if names == ["none"] else names
 
 
 def new_name(path: Path, track: Track, driver: str, reverse: bool) -> str:
-    """A name that the study file does not have yet: arena-1, arena-2, ... Raises InputError."""
+    """A name not yet used in the study file: arena-1, arena-2, ... Raises InputError."""
     stem = Path(track.name).stem + ("-reverse" if reverse else "") + ("" if driver == LOCAL else f"-{driver}")
     taken = set(study_names(path))
     return next(f"{stem}-{number}" for number in range(1, 1_000_000) if f"{stem}-{number}" not in taken)
 
 
 def check_name(name: str) -> str:
-    """A name of a study, which also names files. Raises InputError."""
+    """Checks the name of a study, which is also used in file names. Raises InputError."""
     if not name or len(name) > 80 or any(not (c.isalnum() or c in "-_.") for c in name) or name.startswith("."):
         raise InputError(f"--name {name[:60]!r}: expected letters, digits, - and _")
     return name

@@ -1,4 +1,4 @@
-"""The way from the start to the tuned setup, as a few settings: what the pictures show."""
+"""The progress from the start to the tuned setup, as a few settings for the plots."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ MOST_STEPS = 4
 
 @dataclass(frozen=True)
 class Setting:
-    """One setting on the way. holds: whether it held in the search, or on fresh seeds where it was chosen."""
+    """One setting. holds: whether it was reliable in the search, or, if it was selected, on the check seeds."""
 
     label: str
     given: Values
@@ -22,7 +22,7 @@ class Setting:
 
 
 def settings_of(tuned: Tuned) -> list[Setting]:
-    """The start, the best so far at a few moments of the search, the two that were chosen."""
+    """The start, the best so far at a few times of the search, and the two selected setups."""
     trials = tuned.study.ordered
     compared = next(trial for trial in trials if trial.given == tuned.search.compared.given)
     last = tuned.choice.holds.trial.number if tuned.choice.holds else len(trials)
@@ -40,7 +40,7 @@ def settings_of(tuned: Tuned) -> list[Setting]:
 
 
 def improvements(trials: list[Trial]) -> list[Trial]:
-    """The trials that held and were faster than all before them."""
+    """The reliable trials that were faster than all before them."""
     found: list[Trial] = []
     for trial in trials:
         if trial.verdict.holds and (not found or trial.cost < found[-1].cost):

@@ -1,4 +1,4 @@
-"""Setup files with a header that says how they came to be."""
+"""Writes setup files with a header that documents their origin."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ def setup_text(driver: str, given: Values, header: list[str]) -> str:
 
 
 def write_setup(path: Path, driver: str, given: Values, header: list[str]) -> None:
-    """Writes it whole or not at all. Raises InputError."""
+    """Writes a setup file atomically. Raises InputError."""
     text = setup_text(driver, given, header)
     write_whole(path, lambda name: _write(name, text))
 
 
 def write_text(path: Path, text: str) -> None:
-    """Any text, whole or not at all. Raises InputError."""
+    """Writes text atomically. Raises InputError."""
     write_whole(path, lambda name: _write(name, text))
 
 

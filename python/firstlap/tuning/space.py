@@ -1,4 +1,4 @@
-"""What a search may change: parameters, their ranges, and a candidate as a point in the unit cube."""
+"""The search space: parameters, their ranges, and candidates as points in the unit cube."""
 
 from __future__ import annotations
 
@@ -36,14 +36,14 @@ TUNED = {
         "stanley.schedule_omega",
     )
 }
-"""What is searched unless --only says otherwise; of drivers not named here everything but the car's body."""
+"""Parameters tuned by default; for drivers not listed here, all except the car's geometry."""
 
 Point = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Axis:
-    """One parameter with the range in which it is searched, which lies within its field table's."""
+    """One parameter with its search range, which is within the range of its field table."""
 
     field: Field
     low: float
@@ -51,18 +51,18 @@ class Axis:
 
     @property
     def log(self) -> bool:
-        """Whether a factor counts, not a difference."""
+        """Whether the scale is logarithmic."""
         return self.low > 0.0 and self.high / self.low >= 3.0
 
     def to_unit(self, value: float) -> float:
-        """0 to 1 over the range."""
+        """Maps a value to 0 to 1."""
         value = min(max(float(value), self.low), self.high)
         if self.log:
             return math.log(value / self.low) / math.log(self.high / self.low)
         return (value - self.low) / (self.high - self.low)
 
     def from_unit(self, unit: float) -> Value:
-        """The value at 0 to 1, as it is written and raced: few digits."""
+        """Maps 0 to 1 to a value, rounded as it is written and raced."""
         value = self.low * (self.high / self.low) ** unit if self.log else self.low + unit * (self.high - self.low)
         if self.field.type != "float":
             return round(value)
@@ -92,9 +92,9 @@ class Space:
 
 
 def make_space(setups: Sequence[Setup], only: str | None, fix: str | None) -> Space:
-    """The space around setups of one driver; only, fix: names with commas between. Raises InputError.
+    """The space around setups of one driver; only, fix: comma-separated names. Raises InputError.
 
-    A range goes from half the smallest to twice the largest value that any of the setups has, within the field's own.
+    A range goes from half the smallest to twice the largest value of the setups, within the range of the field.
     """
     driver = setups[0].driver
     table = setups[0].fields
@@ -103,12 +103,12 @@ def make_space(setups: Sequence[Setup], only: str | None, fix: str | None) -> Sp
     axes = [axis_around(field, [float(s.get(field.key)) for s in setups]) for field in wanted if field not in fixed]
     axes = [axis for axis in axes if axis.high > axis.low]
     if not axes:
-        raise InputError("--fix: nothing is left to tune" if fix else f"driver {driver}: nothing can be tuned")
+        raise InputError("--fix: no parameter is left to tune" if fix else f"driver {driver}: nothing can be tuned")
     return Space(axes)
 
 
 def axis_around(field: Field, values: Sequence[float]) -> Axis:
-    """The range for one parameter, from the values that setups give it."""
+    """The range for one parameter, from its values in the setups."""
     if field.type == "bool":
         return Axis(field, field.min, field.max)
     size = max(abs(value) for value in values)
@@ -127,7 +127,7 @@ def axis_around(field: Field, values: Sequence[float]) -> Axis:
 
 
 def usual(driver: str, table: FieldTable) -> list[Field]:
-    """What is searched unless told otherwise, and what people turn first."""
+    """The parameters tuned by default."""
     if driver in TUNED:
         return [table.find(name, "tune") for name in TUNED[driver]]
     return [field for field in table.fields if field.section != "car"]
@@ -136,5 +136,5 @@ def usual(driver: str, table: FieldTable) -> list[Field]:
 def _names(text: str, table: FieldTable, option: str) -> list[Field]:
     names = [name.strip() for name in text.split(",") if name.strip()]
     if not names:
-        raise InputError(f"{option}: expected names of parameters with commas between, for example k_ang,l_max")
+        raise InputError(f"{option}: expected comma-separated parameter names, for example k_ang,l_max")
     return [table.find(name, option) for name in names]

@@ -1,4 +1,4 @@
-"""Studies: every finished trial of a search, in one SQLite file that optuna-dashboard opens."""
+"""Studies: all finished trials of a search, in one SQLite file for optuna-dashboard."""
 
 from __future__ import annotations
 
@@ -24,16 +24,17 @@ ABOUT = "firstlap"
 SQLITE_HEAD = b"SQLite format 3\0"
 OUR_TABLES = {"studies", "trials", "version_info"}
 CANNOT_WRITE = ("disk is full", "disk I/O error", "readonly database", "unable to open", "is locked", "File too large")
-"""What sqlite says where the disk, not the file's content, is at fault."""
+"""Error messages of sqlite that are caused by the disk, not by the file's content."""
 PATIENCE = 20
-"""[s] that is waited for another process that writes the file."""
+"""[s] Timeout for another process that is writing the file."""
 
 
 @dataclass(frozen=True)
 class Trial:
-    """One finished candidate. number: its place in the search. start: the name of the setup that it is, or nothing.
+    """One finished candidate. number: its index in the search. start: the name of the starting setup that it is, or
+    empty.
 
-    seconds: of the whole search, when it was finished.
+    seconds: duration of the search when it finished.
     """
 
     number: int
@@ -45,10 +46,10 @@ class Trial:
 
 
 class Study:
-    """The trials of one search. What is added is on the disk when `add` returns."""
+    """The trials of one search. An added trial is on disk when `add` returns."""
 
     def __init__(self, study: Any, path: Path) -> None:
-        """study: optuna's, in the file `path`. Raises InputError where it cannot be understood."""
+        """study: optuna's, in the file `path`. Raises InputError if it is invalid."""
         self._study = study
         self._path = path
         self.trials: dict[int, Trial] = {}
@@ -60,22 +61,22 @@ class Study:
 
     @property
     def name(self) -> str:
-        """As of --name."""
+        """The name, as given by --name."""
         return str(self._study.study_name)
 
     @property
     def about(self) -> dict[str, Any]:
-        """What is searched."""
+        """The attributes of the search."""
         return dict(self._study.user_attrs.get(ABOUT, {}))
 
     @property
     def seconds(self) -> float:
-        """Of search so far."""
+        """Duration of the search so far [s]."""
         return max((trial.seconds for trial in self.trials.values()), default=0.0)
 
     @property
     def laps(self) -> float:
-        """Simulated so far, parts included."""
+        """Laps simulated so far, including partial ones."""
         return sum(trial.verdict.driven for trial in self.trials.values())
 
     @property
@@ -84,7 +85,7 @@ class Study:
         return [self.trials[number] for number in sorted(self.trials)]
 
     def add(self, trial: Trial, space: Space) -> None:
-        """Keeps a finished trial; one that is there already stays as it is. Raises InputError."""
+        """Stores a finished trial; an existing one is kept. Raises InputError."""
         import optuna
 
         if trial.number in self.trials:
@@ -117,9 +118,9 @@ class Study:
 
 
 def open_study(path: Path, name: str, about: dict[str, Any]) -> Study:
-    """The study of that name in the file, made where it is not there. Raises InputError.
+    """The study of that name in the file; created if it does not exist. Raises InputError.
 
-    about: what is searched; a study that was made for something else is refused.
+    about: the attributes of the search; a study with other attributes is refused.
     """
     check_study_file(path)
     optuna = quiet_optuna()
@@ -130,17 +131,17 @@ def open_study(path: Path, name: str, about: dict[str, Any]) -> Study:
             study.set_user_attr(ABOUT, about)
         found = study.user_attrs.get(ABOUT)
     if not isinstance(found, dict):
-        raise InputError(f"{path}: study '{name}' is not one of firstlap's; expected another --name")
+        raise InputError(f"{path}: study '{name}' was not made by firstlap; use another --name")
     _compare(found, json.loads(json.dumps(about)), path, name)
     return Study(study, path)
 
 
 def check_study_file(path: Path) -> None:
-    """Raises InputError where the file is there and no study file, or cannot be written; changes nothing."""
+    """Raises InputError if the file exists but is not a study file, or cannot be written; changes nothing."""
     if path.is_dir():
         raise InputError(f"{path}: is a folder; expected a file name for the studies")
     if not path.parent.is_dir():
-        raise InputError(f"{path}: there is no folder {path.parent}")
+        raise InputError(f"{path}: no such folder {path.parent}")
     if not os.access(path.parent, os.W_OK) or (path.exists() and not os.access(path, os.R_OK | os.W_OK)):
         raise InputError(f"{path}: cannot be written")
     with _opening(path):
@@ -150,13 +151,11 @@ def check_study_file(path: Path) -> None:
         with path.open("rb") as file:
             head = file.read(len(SQLITE_HEAD))
         if head and (head != SQLITE_HEAD or not _tables(path) >= OUR_TABLES):
-            raise InputError(
-                f"{path}: is not a file of studies (expected the SQLite file of an earlier `firstlap tune`)"
-            )
+            raise InputError(f"{path}: is not a study file (expected the SQLite file of an earlier `firstlap tune`)")
 
 
 def study_names(path: Path) -> list[str]:
-    """Names of the studies in a file; none where it is not there. Raises InputError."""
+    """Names of the studies in a file; empty if it does not exist. Raises InputError."""
     check_study_file(path)
     if not path.exists() or path.stat().st_size == 0:
         return []
@@ -166,7 +165,7 @@ def study_names(path: Path) -> list[str]:
 
 @contextmanager
 def only_one(path: Path, name: str) -> Iterator[None]:
-    """Holds the study for this process. Raises InputError where another one has it."""
+    """Locks the study for this process. Raises InputError if another process has it."""
     digest = hashlib.sha256(name.encode()).hexdigest()[:8]
     busy = f"{path}: study '{name}' is being tuned by another process"
     with locked(path, digest, busy):
@@ -175,19 +174,19 @@ def only_one(path: Path, name: str) -> Iterator[None]:
 
 @contextmanager
 def _opening(path: Path) -> Iterator[None]:
-    """While the file's tables are made or looked at: two processes that begin one file do not meet half of it."""
+    """Locks the file while its tables are created or checked, so that no process sees an incomplete file."""
     with locked(path, "opening", "", wait=True):
         yield
 
 
 @contextmanager
 def _storage_errors(path: Path) -> Iterator[None]:
-    """What goes wrong with the file `path`, as InputError."""
+    """Converts storage errors of the file `path` to InputError."""
     try:
         yield
     except InputError:
         raise
-    except Exception as error:  # a damaged file makes sqlite, sqlalchemy and optuna raise nearly anything
+    except Exception as error:  # sqlite, sqlalchemy and optuna may raise any exception for a damaged file
         raise InputError(f"{path}: {_what_failed(error)}") from None
 
 
@@ -197,11 +196,11 @@ def _what_failed(error: Exception) -> str:
         return f"a study file of another version of optuna ({reason})"
     if any(word in reason for word in CANNOT_WRITE):
         return f"cannot be written ({reason})"
-    return f"is damaged, or no study of firstlap's ({type(error).__name__}: {reason})"
+    return f"is damaged, or not a study of firstlap ({type(error).__name__}: {reason})"
 
 
 def track_digest(track: Track) -> str:
-    """The same for the same walls, line and direction."""
+    """Hash of the track's walls, line and direction."""
     digest = hashlib.sha256()
     for array in track.to_arrays().values():
         digest.update(array.tobytes())  # type: ignore[attr-defined]
@@ -209,7 +208,7 @@ def track_digest(track: Track) -> str:
 
 
 def quiet_optuna() -> Any:
-    """optuna without its own words. Raises InputError where it is not installed."""
+    """Imports optuna and silences its log messages. Raises InputError if it is not installed."""
     try:
         import cmaes  # noqa: F401
         import optuna
@@ -222,14 +221,13 @@ def quiet_optuna() -> Any:
 def _compare(found: dict[str, Any], wanted: dict[str, Any], path: Path, name: str) -> None:
     if found.get("track_digest") != wanted.get("track_digest"):
         raise InputError(
-            f"{path}: study '{name}' is of another track ({found.get('track')}, {found.get('direction')}); "
-            "expected another --name"
+            f"{path}: study '{name}' is for another track ({found.get('track')}, {found.get('direction')}); "
+            "use another --name"
         )
     different = [key for key in wanted if found.get(key) != wanted[key] and key not in ("track", "version")]
     if different:
         raise InputError(
-            f"{path}: study '{name}' was begun with another {', '.join(different)}; "
-            "expected the same, or another --name"
+            f"{path}: study '{name}' was begun with another {', '.join(different)}; use the same, or another --name"
         )
 
 
@@ -277,7 +275,7 @@ def _attributes(trial: Trial) -> dict[str, Any]:
 
 
 def _read(stored: Any, where: str) -> Trial | None:
-    """One trial of optuna's; None where it is none of ours. Raises InputError where it was, and was changed."""
+    """Reads one trial; None if it was not made by firstlap. Raises InputError if it was modified."""
     attributes = stored.user_attrs
     if "verdict" not in attributes or stored.value is None:
         return None
@@ -292,7 +290,7 @@ def _read(stored: Any, where: str) -> Trial | None:
         )
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         reason = f"{type(error).__name__}: {error}"[:120]
-        raise InputError(f"{where}: trial {stored.number} is not as firstlap wrote it ({reason})") from None
+        raise InputError(f"{where}: trial {stored.number} was modified or damaged ({reason})") from None
 
 
 def _given(stored: dict[str, Any]) -> Values:

@@ -1,4 +1,4 @@
-"""What a tuning came to, as one JSON object."""
+"""The result of a tuning as one JSON object."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from firstlap.tuning.validate import Validation
 
 
 def summary(tuned: Tuned, files: Mapping[str, Path], study_file: Path, validation: Validation | None) -> dict[str, Any]:
-    """As `firstlap tune --json` prints it."""
+    """As in `firstlap tune --json`."""
     session, search = tuned.session, tuned.search
     return {
         "version": __version__,
@@ -55,7 +55,7 @@ def _safety(check: Verdict) -> dict[str, Any]:
 
 
 def describe(tuned: Tuned, chosen: Chosen, file: Path) -> dict[str, Any]:
-    """One marked setup on the fresh seeds."""
+    """One selected setup on the check seeds."""
     check = chosen.check
     setup = Setup(file.stem, chosen.trial.given, str(file), driver=tuned.session.driver)
     return {

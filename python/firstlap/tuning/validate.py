@@ -1,4 +1,4 @@
-"""Whether a tuned setup is more than good on its own track: unseen seeds, the other direction, other tracks."""
+"""Validation of a tuned setup: unseen seeds, the opposite direction, other tracks."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from firstlap.tuning.variation import drawn
 
 @dataclass(frozen=True)
 class Place:
-    """One place of the validation: what the tuned setup did there, and the one it is compared with.
+    """Results of the tuned setup and of the one it is compared with, on one track and direction.
 
-    own: whether it is the track in the direction that was tuned for.
+    own: whether this is the tuned track and direction.
     """
 
     name: str
@@ -28,29 +28,29 @@ class Place:
 
     @property
     def worse(self) -> bool:
-        """On unseen seeds of its own track: any failure. Elsewhere: failing more often than the other setup."""
+        """On its own track: any failure. Elsewhere: more failures than the other setup."""
         return self.tuned.failed > (0 if self.own else self.compared.failed)
 
 
 @dataclass(frozen=True)
 class Validation:
-    """All places, and the verdict."""
+    """All results and the conclusion."""
 
     compared: str
     places: list[Place]
 
     @property
     def over_tuned(self) -> bool:
-        """Whether the setup is good for its track alone."""
+        """Whether the setup is over-tuned to its track."""
         return any(place.worse for place in self.places)
 
     @property
     def verdict(self) -> str:
-        """One plain sentence."""
+        """The conclusion in one sentence."""
         worse = [place.name for place in self.places if place.worse]
         if not worse:
-            return f"over-tuned to this track: no (it fails nowhere that {self.compared} finishes)"
-        return f"over-tuned to this track: yes (it fails more than it may: {', '.join(worse)})"
+            return f"over-tuned to this track: no (no failures where {self.compared} finishes)"
+        return f"over-tuned to this track: yes (too many failures: {', '.join(worse)})"
 
     def to_dict(self) -> dict[str, Any]:
         """As in the JSON of `tune`."""
@@ -85,16 +85,16 @@ def validate(
     seed: int,
     progress: Progress,
 ) -> Validation:
-    """Races the tuned setup and the one it is compared with in all places. Raises PoolGoneError.
+    """Races the tuned setup and the one it is compared with on all tracks. Raises PoolGoneError.
 
-    problem: as it was tuned. others: tracks that it was not tuned for, by their names.
+    problem: of the tuning. others: other tracks, by name.
     """
     fresh = replace(problem, laps=int(judge["check_laps"]), patient=True, slowest=0.0)
     unseen = drawn(int(judge["unseen_seeds"]), seed, "validation")
     few = unseen[: int(judge["other_seeds"])]
     places = [
         ("unseen seeds", problem.track, unseen, True),
-        ("the other direction", problem.track.reversed(), few, False),
+        ("opposite direction", problem.track.reversed(), few, False),
         *((name, track, few, False) for name, track in others.items()),
     ]
     found = []

@@ -93,7 +93,7 @@ def test_a_picture_that_cannot_be_written_takes_no_result_with_it(tmp_path: Path
     done = without_room(tmp_path, 3000, *COMMANDS["plot"], *(["--json"] if as_json else []))
     assert_one_line_and_nothing_half_written(tmp_path, 3000, done.returncode, done.stderr)
     assert ('"outcome": "finished"' if as_json else "standing start") in done.stdout
-    assert "picture" not in done.stdout
+    assert "plot: " not in done.stdout
 
 
 def test_a_log_ends_where_the_disk_was_full_and_can_be_replayed_so_far(tmp_path: Path) -> None:

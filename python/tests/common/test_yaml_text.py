@@ -71,7 +71,7 @@ def test_a_value_that_is_no_number_is_refused_in_one_line(cli, name: str, text: 
         ("{a: " * 200_000, "nested"),
         ("".join(" " * i + f"k{i}:\n" for i in range(1000)), "nested"),
         ("a: &x 1\nb: *x\n", "aliases"),
-        ("a: [{b: 1, b: 2}]\n", "second time"),
+        ("a: [{b: 1, b: 2}]\n", "given twice"),
         ("x" * 1_000_001, "1 MB"),
     ],
     ids=["flow", "block", "keys", "base-60", "text", "dashes", "brackets", "braces", "deep", "alias", "twice", "large"],

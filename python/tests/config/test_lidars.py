@@ -76,7 +76,7 @@ def test_a_lidar_file_says_what_is_wrong(tmp_path, cli) -> None:
     with pytest.raises(InputError, match=r"mine.yaml: lidar.beams_vary is 9, allowed at most lidar.beams - 2"):
         with_lidar(load_car("default"), path)
     path.write_text("vehicle:\n  mass: 3\n")
-    with pytest.raises(InputError, match=r"vehicle.mass is not of a LiDAR"):
+    with pytest.raises(InputError, match=r"vehicle.mass is not a LiDAR parameter"):
         with_lidar(load_car("default"), path)
     said = cli("race", "oval", "--lidar", "nosuch")
     assert said.code == 2

@@ -132,12 +132,12 @@ def test_survey_names_its_driver(cli):
 
 
 BAD = {
-    "unknown driver": (("race", "oval", "--driver", "gapp"), "'gapp' is no driver; did you mean gap"),
-    "driver unlike any": (("race", "oval", "--driver", "xyzzy"), "drivers are local, gap, disparity, pid"),
-    "setup of another driver": (("race", "oval", "--driver", "gap", "--setup", "base"), "for the driver local, not"),
-    "opponent's setup": (("race", "oval", "--driver", "local", "--setup", "gap"), "ours for local: base"),
+    "unknown driver": (("race", "oval", "--driver", "gapp"), "'gapp' is not a driver; did you mean gap"),
+    "driver unlike any": (("race", "oval", "--driver", "xyzzy"), "available: local, gap, disparity, pid"),
+    "setup of another driver": (("race", "oval", "--driver", "gap", "--setup", "base"), "for driver local, not"),
+    "opponent's setup": (("race", "oval", "--driver", "local", "--setup", "gap"), "available for local: base"),
     "parameter of another driver": (("race", "oval", "--driver", "gap", "--set", "k_ang=1"), "unknown parameter"),
-    "survey, unknown driver": (("survey", "oval", "--driver", "no"), "is no driver"),
+    "survey, unknown driver": (("survey", "oval", "--driver", "no"), "is not a driver"),
     "explain, wrong setup": (("explain", "oval", "--driver", "pid", "--setup", "gap"), "not for pid"),
     "bench of an opponent": (("bench", "oval", "--setup", "gap"), "not for local"),
     "latency": (("race", "oval", "--latency", "soon"), "expected measured, none, or fixed:MS"),
@@ -158,7 +158,7 @@ def test_a_setup_file_names_its_driver():
     setup = parse_setup("driver: gap\nspeed:\n  v_max: 3\n", "mine.yaml")
     assert (setup.driver, setup.get("v_max")) == ("gap", 3.0)
     assert parse_setup("stanley:\n  k_ang: 0.4\n", "mine.yaml").driver == "local"
-    with pytest.raises(InputError, match=r"mine\.yaml: driver: 'gapp' is no driver"):
+    with pytest.raises(InputError, match=r"mine\.yaml: driver: 'gapp' is not a driver"):
         parse_setup("driver: gapp\n", "mine.yaml")
     with pytest.raises(InputError, match=r"mine\.yaml: driver"):
         parse_setup("driver: [gap]\n", "mine.yaml")
@@ -227,7 +227,7 @@ def test_a_slow_driver_in_python_feels_it_where_latency_is_measured(arena):
 
 def test_a_late_driver_skips_scans_and_says_so(cli):
     said = cli("race", "oval", "--driver", "gap", "--laps", 1, "--latency", "fixed:60")
-    assert "scans came while the driver was busy" in said.out
+    assert "scans arrived while the driver was busy" in said.out
     found = cli("race", "oval", "--driver", "gap", "--laps", 1, "--latency", "fixed:60", "--json").json
     assert found["latency"] == "fixed:60"
     assert found["skipped_scans"] > 100
@@ -274,7 +274,7 @@ def test_a_driver_is_loaded_when_it_is_asked_for(arena, tmp_path):
         assert asked == ["planned"]
         setup, car = Setup("x", driver="planned"), firstlap.load_car("default")
         snapshot = explain_race(arena, setup, car, 1.0, seed=1, reverse=False)
-        with pytest.raises(InputError, match="driver planned: no picture of a step; drivers with one are local,"):
+        with pytest.raises(InputError, match="driver planned: no plot of a step; expected one of local,"):
             plot_step(snapshot, tmp_path / "x.png")
     finally:
         DRIVERS.forget("planned")

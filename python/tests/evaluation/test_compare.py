@@ -135,7 +135,7 @@ def test_an_interrupted_comparison_goes_on_where_it_was(tmp_path):
     process.send_signal(signal.SIGINT)
     _, err = process.communicate(timeout=60)
     assert process.returncode == 130, err
-    driven = re.fullmatch(r"error: interrupted after (\d+) of 800 races; the same command goes on there\n", err)
+    driven = re.fullmatch(r"error: interrupted after (\d+) of 800 races; the same command resumes there\n", err)
     assert driven, err
     # A race that ends while the interrupt is answered may be kept without being counted; none is counted but not kept.
     assert kept() >= int(driven[1]) >= 1
@@ -177,18 +177,18 @@ def test_a_race_that_fails_shows_in_the_exit_code_and_the_table(cli):
 
 
 BAD = {
-    "unknown driver": (("--drivers", "gap,gobal"), "'gobal' is no driver"),
+    "unknown driver": (("--drivers", "gap,gobal"), "'gobal' is not a driver"),
     "unknown setup": (("--drivers", "gap:nothing"), "no such setup"),
-    "setup of another driver": (("--drivers", "gap:base"), "is for the driver local, not for gap"),
+    "setup of another driver": (("--drivers", "gap:base"), "is for driver local, not for gap"),
     "twice": (("--drivers", "gap,gap"), "gap is named twice"),
-    "empty": (("--drivers", "gap,,pid"), "expected DRIVER or DRIVER:SETUP"),
-    "no setup after the colon": (("--drivers", "gap:"), "expected DRIVER or DRIVER:SETUP"),
+    "empty": (("--drivers", "gap,,pid"), "expected comma-separated DRIVER or DRIVER:SETUP"),
+    "no setup after the colon": (("--drivers", "gap:"), "expected comma-separated DRIVER or DRIVER:SETUP"),
     "latency": (("--latency", "some"), "expected measured, none, or fixed:MS"),
     "report of no kind": (("--report", "a.docx"), ".md, .html"),
-    "report nowhere": (("--report", "no/such/a.md"), "there is no folder"),
+    "report nowhere": (("--report", "no/such/a.md"), "no such folder"),
     "report on a folder": (("--report", "folder.md"), "is a folder"),
     "picture of no kind": (("--plot", "a.txt"), ".png"),
-    "store in a file": (("--store", "file"), "no folder for races can be made"),
+    "store in a file": (("--store", "file"), "cannot create the folder for races"),
     "no laps": (("--laps", "0"), "laps"),
     "unknown car": (("--car", "truck"), "no such car"),
 }

@@ -252,4 +252,4 @@ def test_replay_holds_a_recording_against_its_map(cli):
     assert Path("map.png").stat().st_size > 10_000
     other = cli("replay", SHARED / "scans/rollcage/rollcage.npz", "--map", track_map)
     assert other.code == 2
-    assert "its poses are odometry" in other.err
+    assert "its poses are from odometry" in other.err

@@ -127,7 +127,13 @@ def test_from_and_to_are_seconds_after_the_first_scan(cli, bag):
 def test_replay_prints_a_table_and_draws_it(cli, bag):
     said = cli("replay", bag, "--setup", "base", "--against", "race", "--plot", "a.png")
     assert said.code == 0, said.err
-    for words in ("120 scans", "setup base", "setup race", "against the commands of /drive", "base against race"):
+    for words in (
+        "120 scans",
+        "setup base",
+        "setup race",
+        "compared with the commands of /drive",
+        "base compared with race",
+    ):
         assert words in " ".join(said.out.split())
     assert "speed from odometry (/odom)" in said.out
     assert Path("a.png").read_bytes().startswith(PNG)
@@ -138,12 +144,12 @@ def test_replay_prints_a_table_and_draws_it(cli, bag):
 def test_what_people_read_is_in_words_and_degrees(cli, bag):
     said = cli("replay", bag, "--setup", "base", "--against", "race", "--speed", 2)
     assert "the speed of 2 m/s is not used" in said.err
-    found = re.search(r"base against race: wheel angle off by ([0-9.]+), ([0-9.]+)°", said.out)
+    found = re.search(r"base compared with race: steering angle difference ([0-9.]+), ([0-9.]+)°", said.out)
     assert found
     radians = cli("replay", bag, "--setup", "base", "--against", "race", "--json").json["difference"]["steering_angle"]
     assert float(found[1]) == pytest.approx(math.degrees(radians["median"]), abs=0.051)
     alone = cli("replay", bag, "--driver", "pid").out
-    assert "nothing is known here of walls seen, width" in alone
+    assert ": visible walls, width" in alone
     assert "│ -" not in alone
 
 
@@ -152,7 +158,7 @@ def test_explain_draws_a_scan_of_a_recording(cli, bag):
     assert said.code == 0, said.err
     assert Path("explain.png").read_bytes().startswith(PNG)
     assert cli("explain", bag, "--scan", -1, "--plot", "last.png").code == 0
-    assert "has scans 0 to 119, asked for 120" in cli("explain", bag, "--scan", 120).err
+    assert "no scan 120; expected 0 to 119" in cli("explain", bag, "--scan", 120).err
 
 
 def test_explain_shows_the_step_of_the_replay(corridor):
@@ -174,7 +180,7 @@ def test_returns_of_the_car_itself_are_found_and_masked(corridor):
     found = drive(seen)
     assert found.body is not None
     assert found.body.beams == 12
-    assert "12 beams see the car itself: masked by --set mask_angle=1.66 --set mask_range=0.8" in found.remarks
+    assert "12 beams hit the car itself: masked by --set mask_angle=1.66 --set mask_range=0.8" in found.remarks
     assert found.driven.setup.get("mask_angle") == 1.66
     assert drive(seen, mask_body=False).body is None
     own = load_setup("base").with_values({"mask_range": 0.2})
@@ -207,7 +213,7 @@ def test_the_lasers_place_is_the_cars_unless_the_setup_says_another(corridor):
     assert load_setup("base").params(car.core).get("car", "laser_x") == 0.15
     own = load_setup("base").with_assignments(["car.laser_x=0.2"])
     assert own.params(run_replay(seen, own, load_car("default")).car.core).get("car", "laser_x") == 0.2
-    with pytest.raises(InputError, match=r"its laser: .*laser_x.*--laser"):
+    with pytest.raises(InputError, match=r"LiDAR: .*laser_x.*--laser"):
         drive(replace(corridor, laser=Mount(1.9, 0.0, 0.0, False)))
 
 
@@ -248,7 +254,7 @@ def test_explain_and_replay_take_the_lasers_option(cli, lap, tmp_path):
     found = cli("replay", path, "--laser", "0.27,0,-120,180", "--json").json
     assert found["sources"]["laser"] == "--laser"
     assert found["recorded"]["steering_angle"]["median"] < 0.05
-    assert "turned by -120°, upside down" in cli("explain", path, "--laser", "0.27,0,-120,180", "--scan", 9).err
+    assert "rotated by -120°, upside down" in cli("explain", path, "--laser", "0.27,0,-120,180", "--scan", 9).err
     said = cli("replay", path, "--laser", "here")
     assert said.code == 2
     assert "--laser here: expected X,Y,YAW[,ROLL]" in said.err
@@ -263,7 +269,7 @@ def test_steering_in_degrees_is_not_compared_with(cli, tmp_path):
     found = cli("replay", path, "--json", "--plot", "a.png").json
     assert found["recorded"]["steering_angle"] == {"median": None, "p95": None}
     assert found["recorded"]["speed"]["median"] is not None
-    assert "wheel angle not known, speed off by 0" in cli("replay", path).out
+    assert "steering angle not known, speed difference 0" in cli("replay", path).out
 
 
 def test_poses_of_odometry_are_said_to_be_none_of_a_map(cli, tmp_path):
@@ -273,7 +279,7 @@ def test_poses_of_odometry_are_said_to_be_none_of_a_map(cli, tmp_path):
             item.message.header.frame_id = "/odom"
     said = cli("replay", bags.write_rosbag2(tmp_path / "a", items), "--map", "oval")
     assert said.code == 2
-    assert "its poses are odometry's (frame 'odom') and not in a map" in said.err
+    assert "its poses are from odometry (frame 'odom') and cannot be compared" in said.err
 
 
 def test_a_jump_is_measured_after_the_cars_own_motion():

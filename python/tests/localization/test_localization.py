@@ -120,7 +120,7 @@ def test_a_map_without_walls_and_a_wrong_parameter_are_refused() -> None:
     empty = OccupancyMap(np.zeros((5, 5), dtype=np.uint8), 0.05, (0.0, 0.0, 0.0), source="empty.yaml")
     with pytest.raises(InputError, match=r"empty\.yaml: a map without an occupied cell"):
         Localizer(empty, load_car("default"))
-    with pytest.raises(InputError, match=r"nearest known: filter\.beams"):
+    with pytest.raises(InputError, match=r"did you mean filter\.beams"):
         localizer_params(["filter.beam=9"])
     with pytest.raises(InputError, match=r"filter\.particles_min"):
         localizer_params(["filter.particles_min=5000"])
@@ -178,12 +178,12 @@ def test_localize_takes_a_recording_and_a_map(cli: Cli, tmp_path: Path, log: Pat
     assert said.code == 0, said.err
     assert "lap on map" in said.out
     assert "lost in" in said.out
-    missing = f"{log}: a recording needs --map MAP, the map of its place; `firstlap map` makes one"
+    missing = f"{log}: a recording needs --map MAP, a map of its location; `firstlap map` makes one"
     assert cli("localize", log).err == f"error: {missing}\n"
     assert (
-        cli("localize", log, "--map", drawn, "--kidnap", 1).err == "error: --kidnap: has no meaning with a recording\n"
+        cli("localize", log, "--map", drawn, "--kidnap", 1).err == "error: --kidnap: has no effect with a recording\n"
     )
-    assert cli("localize", "oval", "--laser", "0,0,0").err == "error: --laser: has no meaning with a track\n"
+    assert cli("localize", "oval", "--laser", "0,0,0").err == "error: --laser: has no effect with a track\n"
     write_map(map_track(load_track("oval")).map, other)
     lost = cli("localize", log, "--map", other, "--json")
     assert (lost.code, lost.json["lost_at_end"]) == (1, True)

@@ -33,7 +33,7 @@ def test_a_laser_that_is_mounted_otherwise_is_said_with_its_yaw(
 ) -> None:
     path = bags.as_mounted(drive, (0.27, 0.0, mounted, 0.0), tmp_path / "a", tf=False, odom=False)
     (remark,) = replay(load_recording(path), load_setup("sure"), load_car("default")).remarks[-1:]
-    assert "the car drives ahead by its commands (/drive)" in remark
+    assert "the car drives forward by its commands (/drive)" in remark
     assert f"{side} of that by its scans" in remark
     yaw = float(remark.rpartition(" ")[2])
     assert abs((yaw - mounted + 180.0) % 360.0 - 180.0) < 15.0

@@ -158,13 +158,13 @@ def test_an_interrupt_leaves_no_half_written_map(cli: Cli, tmp_path: Path, monke
     ("arguments", "words"),
     [
         (("oval", "-o", "map.png"), ".yaml"),
-        (("oval", "-o", "nowhere/map.yaml"), "there is no folder"),
-        (("oval", "-o", "map.yaml", "--set", "grid.resolutoin=0.05"), "nearest known: grid.resolution"),
+        (("oval", "-o", "nowhere/map.yaml"), "no such folder"),
+        (("oval", "-o", "map.yaml", "--set", "grid.resolutoin=0.05"), "did you mean grid.resolution"),
         (("oval", "-o", "map.yaml", "--set", "grid.resolution=5"), "0.01 to 0.2 m"),
         (("oval", "-o", "map.yaml", "--set", "match.reach_first=0.06"), "match.reach_last"),
         (("ovall", "-o", "map.yaml"), "did you mean oval"),
         (("nothing.npz", "-o", "map.yaml"), "no such file"),
-        (("oval", "-o", "map.yaml", "--set", "drive.give_up=5"), "no loop closes in 5"),
+        (("oval", "-o", "map.yaml", "--set", "drive.give_up=5"), "no loop was closed in 5"),
         (("oval", "-o", "map.yaml", "--set", "drive.speed=10", "--setup", "gap"), "gap"),
     ],
 )
@@ -196,10 +196,10 @@ def _recording(path: Path, **changes: Any) -> None:
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({}, "no loop closes in 3.0"),
+        ({}, "no loop was closed in 3.0"),
         ({"speed": None, "yaw_rate": None}, "no odometry"),
         ({"ranges": None}, "ranges"),
-        ({"ranges": np.full((60, 541), np.nan, dtype=np.float32)}, "no scan can be used: 0 of 541 beams return"),
+        ({"ranges": np.full((60, 541), np.nan, dtype=np.float32)}, "no valid scan: 0 of 541 beams return"),
     ],
 )
 def test_a_recording_that_gives_no_map_says_why(cli: Cli, tmp_path: Path, changes: dict[str, Any], words: str) -> None:

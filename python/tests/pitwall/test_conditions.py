@@ -68,12 +68,12 @@ def test_titles_of_plain_races_say_nothing_of_conditions(cli):
 @pytest.mark.parametrize(
     ("assignment", "says"),
     [
-        ("mu_scal=1", "nearest known: race.mu_scale"),
+        ("mu_scal=1", "did you mean race.mu_scale"),
         ("mu_scale", "--option mu_scale=0.85"),
         ("mu_scale=9", "0.05 to 3"),
         ("mu_scale=nan", "not a number"),
         ("laps=3", "use --laps"),
-        ("record_path=0", "keeps its path"),
+        ("record_path=0", "records its path"),
     ],
 )
 @pytest.mark.parametrize("command", ["race", "survey"])
@@ -163,9 +163,9 @@ def test_a_start_beyond_a_wall_is_refused(cli):
 @pytest.mark.parametrize(
     ("option", "says"),
     [
-        ("--lidar", "'': no such LiDAR or file; ours are ld19, lds01, rplidar_a1, "),
-        ("--car", "'': no such car or file; ours are default, nuc2, gym"),
-        ("--setup", "'': no such setup or file; ours are base, "),
+        ("--lidar", "'': no such LiDAR or file; available: ld19, lds01, rplidar_a1, "),
+        ("--car", "'': no such car or file; available: default, nuc2, gym"),
+        ("--setup", "'': no such setup or file; available: base, "),
     ],
 )
 def test_a_name_that_is_empty_is_answered_with_those_there_are(cli, option, says):
@@ -176,9 +176,9 @@ def test_a_name_that_is_empty_is_answered_with_those_there_are(cli, option, says
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (("explain", "oval", "--laser", "0.1,0,0"), "--laser: has no meaning with a track"),
-        (("explain", "oval", "--keep-body"), "--keep-body: has no meaning with a track"),
-        (("map", "oval", "-o", "m.yaml", "--scan-topic", "/scan"), "--scan-topic: has no meaning with a track"),
+        (("explain", "oval", "--laser", "0.1,0,0"), "--laser: has no effect with a track"),
+        (("explain", "oval", "--keep-body"), "--keep-body: has no effect with a track"),
+        (("map", "oval", "-o", "m.yaml", "--scan-topic", "/scan"), "--scan-topic: has no effect with a track"),
     ],
 )
 def test_an_option_of_recordings_is_refused_with_a_track(cli, arguments, says):

@@ -227,7 +227,7 @@ def test_a_token_is_neither_short_nor_long_nor_unprintable(token: str) -> None:
 def test_a_namespace_is_for_ros_only(cli: Callable[..., Said]) -> None:
     said = cli("view", "arena", "--namespace", "car1", "--no-open")
     assert said.code == 2
-    assert "--namespace: has no meaning without --ros" in said.err
+    assert "--namespace: has no effect without --ros" in said.err
 
 
 @pytest.mark.parametrize("name", ["a b", "../car", "1car", "car1//x", "k\u00e4fer", "/"])

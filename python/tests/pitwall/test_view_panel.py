@@ -228,7 +228,7 @@ def test_a_value_out_of_range_is_refused_visibly(wall: Wall, page: Page, label: 
     page.move(label, value)
     page.until(lambda: page.notices)
     assert page.notices[0]["color"] == "red"
-    assert "outside of what is allowed" in page.notices[0]["body"] or "not a number" in page.notices[0]["body"]
+    assert "allowed: " in page.notices[0]["body"] or "not a number" in page.notices[0]["body"]
     page.until(lambda: page.see(label)["value"] == before.get(label))
     assert wall.source.setup is before
 

@@ -555,13 +555,13 @@ def test_laps_of_a_recording_come_from_its_poses(played: RecordingSource, record
         ((), "expected a track, a recording, or --ros"),
         (("aren",), "did you mean arena"),
         (("gone.mcap",), "gone.mcap: no such recording"),
-        (("arena", "--speed", "1"), "--speed: has no meaning with a track"),
+        (("arena", "--speed", "1"), "--speed: has no effect with a track"),
         (("arena", "--pace", "0"), "0.1 to 20"),
         (("arena", "--set", "v_max=-1"), "v_max is -1"),
-        (("arena", "--ros"), "has no meaning with --ros"),
+        (("arena", "--ros"), "has no effect with --ros"),
         (("empty.npz",), "is empty"),
         (("damaged.mcap",), "damaged.mcap"),
-        (("damaged.npz", "--seed", "1"), "--seed: has no meaning with a recording"),
+        (("damaged.npz", "--seed", "1"), "--seed: has no effect with a recording"),
         (("damaged.npz",), "damaged.npz"),
     ],
 )
@@ -586,7 +586,7 @@ def test_without_a_wish_the_next_free_port_is_taken(capsys: pytest.CaptureFixtur
                 taken.append(socket.create_server(("127.0.0.1", port)))
         found = view.choose_port("127.0.0.1", None)
         assert found > view.PORT + 1
-        assert f"port {view.PORT} is taken: {found} instead" in " ".join(capsys.readouterr().err.split())
+        assert f"port {view.PORT} is in use: {found} instead" in " ".join(capsys.readouterr().err.split())
         assert view.choose_port("127.0.0.1", view.PORT) == view.PORT, "whoever names a port is told that it is taken"
     finally:
         for server in taken:
@@ -639,4 +639,4 @@ def test_a_simulated_car_may_have_another_lidar_and_a_recording_has_its_own(
     assert (served[0].car.name, lidar["beams"]) == ("default with ld19", 455)
     assert cli("race", "oval", "--laps", 1, "--record", "race.mcap").code == 0
     said = cli("view", "race.mcap", "--lidar", "ld19", "--no-open")
-    assert (said.code, said.err) == (2, "error: --lidar: has no meaning with a recording\n")
+    assert (said.code, said.err) == (2, "error: --lidar: has no effect with a recording\n")

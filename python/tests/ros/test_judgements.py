@@ -133,7 +133,7 @@ def test_the_lasers_place_is_found_through_the_tree_and_a_bad_one_refused() -> N
     frames.hear(SimpleNamespace(transforms=[transform("base_link", "leaning", 0.2, roll=0.5)]))
     leaning = frames.find("base_link", "leaning")
     assert leaning is not None
-    with pytest.raises(ValueError, match="leans by 29 degrees"):
+    with pytest.raises(ValueError, match="is tilted by 29 degrees"):
         mount_of(leaning)
 
 

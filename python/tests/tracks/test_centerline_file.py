@@ -88,7 +88,7 @@ def test_the_line_is_driven_as_it_is_written(cli) -> None:
 def test_a_circuit_of_full_size_is_scaled_and_says_so() -> None:
     track = parse_centerline(csv(10.0 * RING), "monza.csv")
     assert track.length == pytest.approx(2.0 * np.pi * 6.2, rel=0.01)
-    assert track.notes == ["20.0 m wide, a circuit of full size: scaled 1:10"]
+    assert track.notes == ["20.0 m wide, a full-size circuit: scaled 1:10"]
 
 
 RACELINE = "\n".join(f"{0.2 * i}; {np.cos(a)}; {np.sin(a)}; 0; 1; 5; 0" for i, a in enumerate(ANGLE))
@@ -97,7 +97,7 @@ RACELINE = "\n".join(f"{0.2 * i}; {np.cos(a)}; {np.sin(a)}; 0; 1; 5; 0" for i, a
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("# s_m; x_m; y_m; psi_rad; kappa_radpm; vx_mps; ax_mps2\n" + RACELINE, "as a raceline has them"),
+        ("# s_m; x_m; y_m; psi_rad; kappa_radpm; vx_mps; ax_mps2\n" + RACELINE, "as in a raceline file"),
         (csv(RING[:, :3]), "3 columns; expected a centerline CSV"),
         (csv(RING[:, :2], header="# x_m,y_m"), "2 columns"),
         (csv(RING[:5]), "5 points"),

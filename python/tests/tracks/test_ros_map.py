@@ -367,7 +367,7 @@ def test_a_drawing_on_nothing_is_refused_for_its_transparency(tmp_path: Path) ->
     lines = drawn(paper=255, infield=255, track=255, wall=0, pen=3)
     image = lines.convert("RGBA")
     image.putalpha(lines.point(lambda level: 0 if level else 255))
-    with pytest.raises(InputError, match="% of the image is transparent, which map_server takes as occupied"):
+    with pytest.raises(InputError, match="% of the image is transparent, which map_server treats as occupied"):
         load_ros_map(write(tmp_path, image))
 
 
@@ -376,6 +376,6 @@ def test_grays_of_probability_are_named_where_they_leave_no_track(tmp_path: Path
     gray = np.asarray(drawn(paper=128, infield=128, track=254)).copy()
     inside = gray == 254
     gray[inside] = rng.integers(150, 200, inside.sum())  # as Cartographer draws what it saw free a few times
-    with pytest.raises(InputError, match=r"Cartographer.*free_thresh 0.45 would take them as free"):
+    with pytest.raises(InputError, match=r"Cartographer.*free_thresh 0.45 they are free"):
         load_ros_map(write(tmp_path, Image.fromarray(gray)))
     is_the_oval(load_ros_map(write(tmp_path, Image.fromarray(gray), HEADER.replace("0.196", "0.45"))))

@@ -68,14 +68,21 @@ def test_tune_writes_setups_to_race_and_a_report_in_one_file(cli):
     assert found["laps_per_second"] == pytest.approx(found["laps"] / found["seconds"], rel=0.02)
     assert f"{found['laps_per_second']:.1f} a second" in Path(found["report"]).read_text(encoding="utf-8")
     text = Path(found["holds"]["file"]).read_text(encoding="utf-8")
-    for word in ("oval", "seed 1", firstlap.__version__, "fresh seeds", "% less"):
+    for word in ("oval", "seed 1", firstlap.__version__, "check seeds", "% less"):
         assert word in text
     again = firstlap.race(firstlap.load_track("oval"), found["holds"]["file"], laps=2)
     assert again.finished
     setup = firstlap.load_setup(found["holds"]["file"])
     assert {f"{section}.{name}": value for (section, name), value in setup.given.items()} == found["holds"]["values"]
     page = Path(found["report"]).read_text(encoding="utf-8")
-    for word in ("Lap by setting", "Motion parameters", "Driven lines", "Fast against safe", "over-tuned", "rules"):
+    for word in (
+        "Lap by setting",
+        "Motion parameters",
+        "Driven lines",
+        "Lap time against clearance",
+        "over-tuned",
+        "rules",
+    ):
         assert word in page
     assert page.count("data:image/png;base64,") >= 5
     assert 'src="http' not in page
@@ -112,7 +119,7 @@ def test_a_track_that_no_start_finishes_says_so_and_stops(cli, tmp_path: Path):
     car = tmp_path / "ice.yaml"
     car.write_text("vehicle:\n  friction: 0.06\n", encoding="utf-8")
     said = cli("tune", "arena", "--car", car, "--budget", 50, *ALONE)
-    one_line(said, "no start finishes it", "base: contact")
+    one_line(said, "no starting setup finishes it", "base: contact")
     assert not list(tmp_path.glob("tuned/*/*.yaml"))
 
 
@@ -145,7 +152,7 @@ def test_a_study_of_another_track_or_another_search_is_refused(cli, tmp_path: Pa
     optuna.create_study(storage="sqlite:///firstlap-tuning.db", study_name="theirs").add_trial(
         optuna.trial.create_trial(value=1.0)
     )
-    one_line(cli("tune", "oval", "--budget", 1, "--name", "theirs", *QUICK), "not one of firstlap's")
+    one_line(cli("tune", "oval", "--budget", 1, "--name", "theirs", *QUICK), "not made by firstlap")
     assert study_names(tmp_path / "firstlap-tuning.db") == ["a", "theirs"]
 
 
@@ -159,7 +166,7 @@ def test_a_study_of_another_track_or_another_search_is_refused(cli, tmp_path: Pa
         (["--starts", "base,gap"], "gap"),
         (["--starts", ","], "--starts"),
         (["--judge", "frction=0.2"], "spread.friction"),
-        (["--judge", "zzz=0.2"], "known are friction"),
+        (["--judge", "zzz=0.2"], "known: friction"),
         (["--driver", "gapp"], "gapp"),
         (["--name", "../a"], "--name"),
         (["--out", "/proc/out"], "--out"),
@@ -184,7 +191,7 @@ def test_kill_9_loses_no_finished_trial_and_the_same_command_resumes(cli, tmp_pa
     command[command.index("60")] = str(len(kept) + 3)
     found = cli(*command)
     assert found.code == 0, found.err
-    assert f"{len(kept)} trials are there" in found.err
+    assert f"{len(kept)} resuming after" in found.err
     assert found.json["trials"] == len(kept) + 3
     assert costs(file)[: len(kept)] == kept
 

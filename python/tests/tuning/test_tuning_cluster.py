@@ -72,7 +72,7 @@ def test_a_cluster_that_goes_away_leaves_what_was_finished(tmp_path: Path, way: 
     workers = cluster(1, processes=False)
     end = workers.close if way == "everything" else lambda: workers.scale(0)
     try:
-        with pytest.raises(PoolGoneError, match="went away" if way == "everything" else "no workers"):
+        with pytest.raises(PoolGoneError, match="was lost" if way == "everything" else "no workers"):
             search_on(workers.scheduler_address, tmp_path / "a.db", oval, {4: end})
     finally:
         workers.close()
@@ -96,7 +96,7 @@ def test_a_cluster_that_is_not_there_is_one_clear_line(cli, monkeypatch: pytest.
         with pytest.raises(InputError, match=r"--cluster .*expected an address like"):
             ClusterPool(address)
     for address in ("tcp://127.0.0.1:9", "127.0.0.1:9"):
-        with pytest.raises(InputError, match="no scheduler answers there"):
+        with pytest.raises(InputError, match="no scheduler answers"):
             ClusterPool(address)
     said = cli("tune", "oval", "--budget", 1, "--cluster", "tcp://127.0.0.1:9")
     assert said.code == 2

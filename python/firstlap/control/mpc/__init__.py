@@ -1,1 +1,1 @@
-"""Predictive control along a line."""
+"""Model predictive control along a line."""

@@ -22,13 +22,13 @@ from firstlap.planning.raceline.line import RaceLine
 from firstlap.tracks.track import FloatArray, Track
 
 FASTEST = 60.0
-"""[m/s] a measured speed beyond it is absurd."""
+"""[m/s] Maximum plausible measured speed."""
 FIRST_ROUNDS = 3
 TICK = 1e-9
 
 
 class Step(NamedTuple):
-    """speed [m/s] and steering_angle [rad], left positive, for the car; status: why."""
+    """A command: speed [m/s] and steering_angle [rad], left positive; status: its reason."""
 
     speed: float
     steering_angle: float
@@ -36,13 +36,13 @@ class Step(NamedTuple):
 
 
 class Controller:
-    """Follows a line with the car's dynamics, limits and delays in view. Call `step` once per measurement.
+    """Tracks a line with a model of the car's dynamics, limits and delays. Call `step` once per measurement.
 
-    status of a step: ok, holding (no pose, or no plan in time: the last plan is followed), no_path (too long so, or
-    far off the line: braking to a stop), bad_state (nothing to go by: stop).
+    status of a step: ok, holding (no pose, or no plan in time: the last plan is followed), no_path (for too long, or
+    far from the line: braking to a stop), bad_state (no measurement: stop).
 
-    braking: set to plan a stop with so many m/s^2 instead of the line's speeds, until it is None again.
-    acting: the speed [m/s] that the car will have when the next speed command acts, and its way [m] until then.
+    braking: if set, a stop with this deceleration [m/s^2] is planned instead of the line's speeds.
+    acting: speed [m/s] of the car when the next speed command acts, and the distance [m] until then.
     """
 
     def __init__(
@@ -53,7 +53,7 @@ class Controller:
         params: MpcParams | None = None,
         clock: Callable[[], float] = perf_counter,
     ) -> None:
-        """line: to follow. track: its walls bound the plans. clock: for the time limit. Raises InputError."""
+        """track: its walls bound the plans. clock: for the time limit. Raises InputError."""
         self.params = params or MpcParams()
         self.model = model_of(car, self.params.mu)
         self.table = LineTable(line, Corridor(track, car), self.params.margin)
@@ -62,7 +62,7 @@ class Controller:
         self.reset()
 
     def reset(self) -> None:
-        """Forgets everything."""
+        """Resets the memory."""
         self.time = 0.0
         self.body: Body | None = None
         self.plan: Plan | None = None
@@ -83,9 +83,9 @@ class Controller:
         dt: float,
         pose_age: float = 0.0,
     ) -> Step:
-        """One command. Never raises for bad data.
+        """One command. Does not raise for invalid data.
 
-        pose: x, y, yaw of base_link in the track's frame, measured `pose_age` seconds ago; None or not finite when
+        pose: x, y, yaw of base_link in the track's frame, measured `pose_age` seconds ago; None or not finite if
         there is none. speed [m/s], yaw_rate [rad/s], steering_angle [rad]: measured now. dt: seconds since the last.
         """
         begin = self._clock()
@@ -106,7 +106,7 @@ class Controller:
         return self._command(planned, speed_command, felt, acting, ahead)
 
     def replace(self, speed: float, steering_angle: float) -> None:
-        """The car is told this instead of the last step's command."""
+        """Replaces the last step's command by the one actually sent."""
         self._give(Step(speed, steering_angle, self._last.status), self.time + self.params.latency)
 
     def _command(self, planned: bool, speed_command: float, felt: float, acting: float, ahead: Body) -> Step:
@@ -120,7 +120,7 @@ class Controller:
     def _observe(
         self, pose: tuple[float, float, float] | None, state: tuple[float, float, float], dt: float, pose_age: float
     ) -> None:
-        """Moves the estimate on and corrects it with what can be believed."""
+        """Predicts the estimate and corrects it with plausible measurements."""
         good_pose = pose if pose is not None and finite(pose) else None
         good_state = state if finite(state, FASTEST) else None
         begin, self.time = self.time, self.time + dt
@@ -138,14 +138,14 @@ class Controller:
         return predicted(self.model, ahead, self._commands, felt + self.model.speed_delay, acting)
 
     def _speed_command(self, ahead: Body, felt: float, dt: float) -> float:
-        """The speed that makes the car's speed loop give the planned acceleration on average until the next."""
+        """The speed command for which the car's speed loop gives the planned mean acceleration until the next step."""
         at = felt + self.model.speed_delay + 0.5 * dt
         accel = 0.0 if self.plan is None else self.plan.input_at(at)[1]
         gain = self.model.gain_up if accel > 0.0 else self.model.gain_down
         return max(0.0, ahead[3] + accel * (1.0 / gain + 0.5 * dt))
 
     def _replan(self, body: Body, acting: float, begin: float) -> bool:
-        """Whether there is a new plan from `acting` on, and in time."""
+        """Plans from `acting` on; returns whether there is a new plan in time."""
         s, offset, error = self.table.locate(body[0], body[1], body[2], self._place)
         self._place = s
         self._off_line = abs(offset) > self.params.lost_offset or abs(error) > 0.5 * math.pi
@@ -168,7 +168,7 @@ class Controller:
         return True
 
     def _guess(self, state: FloatArray, acting: float) -> tuple[Plan, int]:
-        """What to linearise about: the last plan moved on, or one from nothing where that does not fit."""
+        """The plan to linearize about: the last one moved on, or a new one if that does not fit."""
         if self.plan is not None and self.time - self._planned_at <= self.params.patience:
             moved = self.plan.moved_to(acting)
             lap = self.table.length
@@ -179,7 +179,7 @@ class Controller:
         return first_plan(self.model, self.table, state, acting, stages, step), FIRST_ROUNDS
 
     def _stop(self, ahead: Body, felt: float, status: str) -> Step:
-        """Brakes without locking the wheels, along what is left of the last plan."""
+        """Brakes without locking the wheels, along the rest of the last plan."""
         speed = max(0.0, ahead[3] - self.params.stop_brake / self.model.gain_down)
         speed = speed if speed > 0.3 else 0.0
         steering = self._last.steering_angle
@@ -188,7 +188,7 @@ class Controller:
         return self._give(Step(speed, steering, status), felt)
 
     def _give(self, step: Step, felt: float, speed_given: bool = False) -> Step:
-        """Notes the command, whose effect the next estimate needs."""
+        """Stores the command for the next prediction."""
         most = self.model.steering_limit
         step = Step(step.speed, min(max(step.steering_angle, -most), most), step.status)
         if not speed_given:

@@ -1,4 +1,4 @@
-"""The horizon: states and inputs over the next second, moved along in time, and their linearised dynamics."""
+"""The horizon: states and inputs over the next second, and their linearized dynamics."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ UNIT_ACCEL = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
 
 @dataclass(eq=False)
 class Plan:
-    """What the car is going to do from `time` [s] on, one column per stage of `step` seconds.
+    """The plan from `time` [s] on, one column per stage of `step` seconds.
 
-    states (7, N + 1): s, offset, heading error, vx, vy, yaw rate, wheel angle. inputs (2, N): steering command
+    states (7, N + 1): s, offset, heading error, vx, vy, yaw rate, steering angle. inputs (2, N): steering command
     [rad], acceleration [m/s^2].
     """
 
@@ -40,7 +40,7 @@ class Plan:
         return float(self.inputs[COMMAND, k]), float(self.inputs[ACCEL, k])
 
     def moved_to(self, time: float) -> Plan:
-        """The same intent from a later time on; beyond its end the car rolls on along the line."""
+        """The same plan from a later time on, extended along the line."""
         place = (time - self.time) / self.step + np.arange(self.states.shape[1])
         last = self.states.shape[1] - 1
         index = np.clip(place.astype(np.intp), 0, last - 1)
@@ -71,7 +71,7 @@ def derivative(model: Model, table: LineTable, x: FloatArray, u: FloatArray) -> 
 def linearised(model: Model, table: LineTable, plan: Plan) -> tuple[FloatArray, FloatArray, FloatArray]:
     """(A (N, 7, 7), B (N, 7, 2), r (N, 7)) with x' = A x + B u + r near the plan.
 
-    The exponential of the slopes at each stage: exact for the linearised car, whose slip dies out within a stage.
+    Uses the matrix exponential at each stage: exact for the linearized car, whose slip settles within a stage.
     """
     x, u = plan.states[:, :-1], plan.inputs
     count, width = u.shape[1], STATES + INPUTS
@@ -94,7 +94,7 @@ def linearised(model: Model, table: LineTable, plan: Plan) -> tuple[FloatArray, 
 
 
 def believable(plan: Plan, model: Model) -> Plan:
-    """The plan with states near which a linearised car is worth something: slip below the tires' peak."""
+    """The plan with states at which the linearization is valid: slip below the tires' peak."""
     x = plan.states
     speed = np.maximum(x[VX], 1.0)
     x[VX] = np.maximum(x[VX], 0.0)
@@ -110,9 +110,9 @@ def believable(plan: Plan, model: Model) -> Plan:
 
 
 def exponential(slope: FloatArray, time: float) -> tuple[FloatArray, FloatArray]:
-    """(exp(slope t), integral of exp(slope t') over 0 to t) for matrices (K, n, n): Taylor, scaled and squared.
+    """(exp(slope t), integral of exp(slope t') over 0 to t) for matrices (K, n, n): scaling and squaring.
 
-    Good up to slopes of about 8 / t: the yaw rate of a slow car settles within milliseconds.
+    Accurate up to slopes of about 8 / t, since the yaw rate of a slow car settles within milliseconds.
     """
     one = np.eye(slope.shape[1])
     part = time / 2**SQUARINGS
@@ -127,7 +127,7 @@ def exponential(slope: FloatArray, time: float) -> tuple[FloatArray, FloatArray]
 
 
 def first_plan(model: Model, table: LineTable, state: FloatArray, time: float, count: int, step: float) -> Plan:
-    """A plan from nothing: along the line, towards its speeds, without slip."""
+    """An initial plan: along the line, toward its speeds, without slip."""
     states = np.zeros((STATES, count + 1))
     inputs = np.zeros((INPUTS, count))
     states[:, 0] = state

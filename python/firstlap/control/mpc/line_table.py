@@ -1,4 +1,4 @@
-"""A racing line as the controller asks for it: by arc length, all values at once."""
+"""A table of the racing line by arc length for the controller."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from firstlap.tracks.track import FloatArray
 
 SPACING = 0.1
 ZONES = 3
-"""Parts of the car's flank that are kept from the walls one by one."""
+"""Number of parts of the car's side with separate wall constraints."""
 WINDOW = 3.0
 
 
 class LineTable:
-    """Curvature, speed and room beside the car, every 0.1 m along a closed line."""
+    """Curvature, speed and lateral clearance, every 0.1 m along a closed line."""
 
     def __init__(self, line: RaceLine, corridor: Corridor, margin: float) -> None:
         spline, chord = closed_spline(line.path.points)
@@ -48,7 +48,7 @@ class LineTable:
         return self.curvature[i] + part * self.bending[i]
 
     def at(self, s: FloatArray) -> FloatArray:
-        """(len(s), 2 + 2 ZONES): curvature, speed, rooms left, rooms right at arc lengths (K,)."""
+        """(len(s), 2 + 2 ZONES): curvature, speed, clearances left, clearances right at arc lengths (K,)."""
         place = s / self.spacing
         index = np.floor(place)
         i = index.astype(np.intp) % self._count

@@ -1,7 +1,7 @@
-"""The car as the controller predicts it: a single track with nonlinear tires, at the center of gravity.
+"""The controller's model of the car: single track with nonlinear tires, at the center of gravity.
 
 Rajamani, Vehicle Dynamics and Control, 2nd ed., ch. 2 and 13, with load transfer and a friction ellipse per axle.
-The same lines serve one state (floats) and a whole horizon (arrays).
+The functions work for one state (floats) and a whole horizon (arrays).
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from firstlap.config.car_file import Car
 from firstlap.planning.raceline.params import GRAVITY, Grip, grip_of
 
 CREEP = 1.0
-"""[m/s] below which slip angles are softened."""
+"""[m/s] Speed below which slip angles are softened."""
 GYM_SERVO = 0.02
-"""[s] as which f1tenth_gym's rate-limited steering is taken."""
+"""[s] Time constant that represents f1tenth_gym's rate-limited steering."""
 GYM_BUFFER = 0.02
-"""[s] that f1tenth_gym keeps a steering command."""
+"""[s] Delay of f1tenth_gym's steering command."""
 
 SCALARS = SimpleNamespace(
     sin=math.sin, cos=math.cos, atan=math.atan, sqrt=math.sqrt, hypot=math.hypot, high=max, low=min
@@ -69,7 +69,7 @@ class Model:
 
     @property
     def wheelbase(self) -> float:
-        """[m]"""
+        """Wheelbase [m]."""
         return self.l_f + self.l_r
 
     @property
@@ -84,7 +84,7 @@ class Model:
 
     @property
     def servo_reach(self) -> float:
-        """How far [rad] a command may be from the wheel angle before the servo turns at its fastest."""
+        """Difference [rad] of command and steering angle at which the servo reaches its maximum rate."""
         return self.steering_rate * self.servo
 
 
@@ -125,13 +125,13 @@ def model_of(car: Car, mu: float = 0.0) -> Model:
 
 
 def loop_acceleration(model: Model, speed: float, command: float) -> float:
-    """What the car's speed loop makes of a speed command [m/s^2]."""
+    """Acceleration of the car's speed loop for a speed command [m/s^2]."""
     gain = model.gain_up if command > speed else model.gain_down
     return max(-model.most_brake, min(model.most_accel, gain * (command - speed)))
 
 
 def _lateral(model: Model, tire: Tire, slip: Any, load: Any, along: Any, m: Any) -> Any:
-    """Lateral force [N] of an axle that also carries `along` [N]."""
+    """Lateral force [N] of an axle with longitudinal force `along` [N]."""
     limit = model.mu * tire.d * load
     used = along / limit
     left = m.sqrt(m.high(0.0, 1.0 - m.low(used * used, model.drive_grip**2)))
@@ -144,9 +144,9 @@ def _lateral(model: Model, tire: Tire, slip: Any, load: Any, along: Any, m: Any)
 
 
 def motion(model: Model, vx: Any, vy: Any, rate: Any, wheel: Any, accel: Any, m: Any) -> Any:
-    """Derivatives of (vx, vy, yaw rate) at a wheel angle [rad] and an acceleration along the car [m/s^2].
+    """Derivatives of (vx, vy, yaw rate) at a steering angle [rad] and a longitudinal acceleration [m/s^2].
 
-    A slip angle is the velocity across the wheel over the speed, which counts as no less than about CREEP: at
+    A slip angle is the lateral velocity of the wheel over the speed, which is limited to at least about CREEP: at
     walking pace the car then turns with the speed over the radius, without slip, and nothing is stiff.
     """
     wheelbase = model.l_f + model.l_r

@@ -1,4 +1,4 @@
-"""What the car is doing, between measurements and in the near future: the model, pulled towards what is measured."""
+"""The observer: predicts the car's state with the model and corrects it with measurements."""
 
 from __future__ import annotations
 
@@ -11,30 +11,30 @@ from firstlap.control.mpc.model import CREEP, SCALARS, Model, loop_acceleration,
 from firstlap.control.mpc.params import MpcParams
 
 STEP = 0.0125
-"""[s] longest integration step."""
+"""[s] Maximum integration step."""
 
 Body = tuple[float, float, float, float, float, float, float]
-"""x, y, yaw of base_link (map frame), vx, vy at the center of gravity, yaw rate, wheel angle."""
+"""x, y, yaw of base_link (map frame), vx, vy at the center of gravity, yaw rate, steering angle."""
 
 
 def wrapped(angle: float) -> float:
-    """Within -pi to pi."""
+    """Wraps an angle to -pi to pi."""
     return (angle + math.pi) % (2.0 * math.pi) - math.pi
 
 
 class Commands:
-    """Commands given, and when the car feels them."""
+    """Past commands and the times at which they act."""
 
     def __init__(self) -> None:
         self._steering: deque[tuple[float, float]] = deque([(-math.inf, 0.0)], maxlen=64)
         self._speed: deque[tuple[float, float]] = deque([(-math.inf, 0.0)], maxlen=64)
 
     def give_steering(self, time: float, angle: float) -> None:
-        """Felt from `time` [s] on."""
+        """Adds a command that acts from `time` [s] on."""
         self._steering.append((time, angle))
 
     def give_speed(self, time: float, speed: float) -> None:
-        """Felt from `time` [s] on."""
+        """Adds a command that acts from `time` [s] on."""
         self._speed.append((time, speed))
 
     def steering(self, time: float) -> float:
@@ -54,7 +54,7 @@ def _at(queue: deque[tuple[float, float]], time: float) -> float:
 
 
 def predicted(model: Model, body: Body, commands: Commands, begin: float, end: float) -> Body:
-    """The body at `end` [s], from `begin`, under the commands given. Second-order steps."""
+    """The state at `end` [s], from `begin`, with the given commands; second-order integration."""
     count = max(1, math.ceil((end - begin) / STEP - 1e-9))
     h = (end - begin) / count
     for i in range(count if h > 0.0 else 0):
@@ -89,7 +89,7 @@ def corrected(
     measured: tuple[float, float, float] | None,
     params: MpcParams,
 ) -> Body:
-    """The body pulled towards a pose of `pose_age` [s] ago and measured speed, yaw rate, wheel angle."""
+    """The state corrected toward a pose of `pose_age` [s] ago and measured speed, yaw rate, steering angle."""
     x, y, yaw, vx, vy, rate, wheel = body
     if measured is not None:
         gain = params.state_gain
@@ -106,19 +106,19 @@ def corrected(
         dy = pose[1] + pose_age * (vx * s + across * c) - y
         x, y = x + gain * dx, y + gain * dy
         yaw = wrapped(yaw + params.heading_gain * wrapped(heading - yaw))
-        # Nothing measures how the car drifts; where it went to the side of where it was expected tells.
+        # The lateral speed is not measured; it is corrected by the lateral error of the pose.
         if vx > CREEP:
             vy += params.drift_gain * (dy * c - dx * s)
     return x, y, yaw, max(vx, 0.0), vy, rate, wheel
 
 
 def standing(pose: tuple[float, float, float], measured: tuple[float, float, float], model: Model) -> Body:
-    """A body from nothing but one measurement, without slip."""
+    """The state from one measurement, without slip."""
     speed, rate, wheel = measured
     return pose[0], pose[1], pose[2], max(speed, 0.0), model.l_r * rate, rate, wheel
 
 
 def finite(values: object, largest: float = 1e6) -> bool:
-    """Whether all numbers are finite and not absurd."""
+    """Whether all numbers are finite and plausible."""
     found = np.asarray(values, dtype=np.float64)
     return bool(np.isfinite(found).all() and (np.abs(found) < largest).all())

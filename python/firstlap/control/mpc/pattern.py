@@ -1,4 +1,4 @@
-"""A sparse matrix whose pattern stays and whose values change."""
+"""A sparse matrix with a fixed pattern and changing values."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ Indices = npt.NDArray[np.intp]
 
 
 class Pattern:
-    """Collects groups of entries once; afterwards `fill` puts their values where the compressed columns want them.
+    """Collects groups of entries once; afterwards `fill` writes their values to the compressed columns.
 
-    Entries of one place add up.
+    Entries at the same position are added.
     """
 
     def __init__(self, rows: int, columns: int) -> None:
@@ -25,7 +25,7 @@ class Pattern:
         self._place = np.zeros(0, dtype=np.intp)
 
     def group(self, rows: npt.ArrayLike, columns: npt.ArrayLike) -> slice:
-        """Reserves entries; their values go to `values` at the slice that this returns."""
+        """Reserves entries; returns the slice of `values` for them."""
         rows, columns = np.broadcast_arrays(np.asarray(rows, dtype=np.intp), np.asarray(columns, dtype=np.intp))
         self._rows.append(rows.ravel())
         self._columns.append(columns.ravel())
@@ -33,7 +33,7 @@ class Pattern:
         return slice(begin, self._size)
 
     def freeze(self) -> None:
-        """No more groups: makes the matrix."""
+        """Creates the matrix; no more groups can be added."""
         rows, columns = np.concatenate(self._rows), np.concatenate(self._columns)
         key = columns * self._shape[0] + rows
         unique, self._place = np.unique(key, return_inverse=True)
@@ -43,6 +43,6 @@ class Pattern:
         self.matrix = sparse.csc_matrix((data, unique % self._shape[0], starts), shape=self._shape)
 
     def fill(self) -> sparse.csc_matrix:
-        """The matrix with what `values` now says."""
+        """The matrix with the current `values`."""
         self.matrix.data[:] = np.bincount(self._place, weights=self.values, minlength=len(self.matrix.data))
         return self.matrix

@@ -1,4 +1,4 @@
-"""The controller with the simulator's own pose: for measuring the controller alone, never as an opponent."""
+"""The controller with the simulator's pose, to evaluate the controller alone; not for comparisons."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Pose = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class PoseErrors:
-    """Standard deviations [m], [rad] and age [s] of the pose that the controller is given."""
+    """Standard deviations [m], [rad] and age [s] of the pose given to the controller."""
 
     place: float = 0.0
     heading: float = 0.0
@@ -27,9 +27,9 @@ class PoseErrors:
 
 
 class PoseDriver:
-    """Gives the controller the true pose with errors. Set `race` to the race that it drives in, before stepping it.
+    """Gives the controller the true pose with errors. Set `race` before stepping.
 
-    times: seconds of computing per step, of this thread alone.
+    times: CPU time per step of this thread [s].
     """
 
     def __init__(self, controller: Controller, errors: PoseErrors | None = None, seed: int = 1) -> None:
@@ -41,7 +41,7 @@ class PoseDriver:
         self.reset()
 
     def reset(self) -> None:
-        """Forgets everything."""
+        """Resets the memory."""
         self.controller.reset()
         self.times = []
         self._random = np.random.default_rng(self._seed)
@@ -51,7 +51,7 @@ class PoseDriver:
     def step(
         self, _ranges: Any, speed: float, yaw_rate: float, steering_angle: float, dt: float, _header: Any
     ) -> tuple[float, float, str]:
-        """One command, as a `_core.CallbackDriver` wants it."""
+        """One command, for `_core.CallbackDriver`."""
         pose = self._pose(dt)
         begin = thread_time()
         found = self.controller.step(pose, speed, yaw_rate, steering_angle, dt, self.errors.age)
@@ -88,5 +88,5 @@ class PoseDriver:
 
 
 def worst_errors() -> PoseErrors:
-    """What a localizer that just meets its target leaves: 3 cm and 1 degree of deviation, 20 ms late."""
+    """Errors of a localizer that just meets its target: 3 cm and 1 degree standard deviation, 20 ms delay."""
     return PoseErrors(0.03, math.radians(1.0), 0.02)

@@ -1,4 +1,4 @@
-"""The quadratic program of one control step: made once, its values filled in place, its pattern kept."""
+"""The quadratic program of one control step, with a fixed pattern whose values are filled in place."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from firstlap.tracks.track import FloatArray
 
 TANGENTS = np.array([-0.5, 0.0, 0.5])
 SIDES = np.array([-0.5 * np.pi, 0.5 * np.pi])
-"""[rad] where tangents replace the friction ellipse: near where the plan is on it, and at either side."""
+"""[rad] Angles of the tangents of the friction ellipse: near the plan's point, and to both sides."""
 BLOCK = STATES + INPUTS + 2
 SLACKS = 2
 TERMINAL = 5.0
@@ -28,7 +28,7 @@ JOIN_TIME = 0.7
 
 
 class Problem:
-    """Minimises tracking cost over the horizon under dynamics, actuator limits, grip and walls (both soft)."""
+    """Minimizes the tracking cost over the horizon under dynamics, actuator limits, and soft grip and wall limits."""
 
     def __init__(self, model: Model, params: MpcParams, zones: FloatArray) -> None:
         self.model, self.params = model, params
@@ -145,8 +145,8 @@ class Problem:
         table: LineTable,
         braking: float | None = None,
     ) -> None:
-        """Puts one step's numbers in: a plan to linearise about, its dynamics, the state (7,) to start from, and
-        the inputs in effect before it. braking [m/s^2]: the plan is to stop with it."""
+        """Sets the values of one step: a plan to linearize about, its dynamics, the initial state (7,), and
+        the inputs in effect before it. braking [m/s^2]: deceleration of a planned stop."""
         a, b, rest = dynamics
         self._even.values[self._a], self._even.values[self._b] = -a.ravel(), -b.ravel()
         self._even_to[:STATES], self._even_to[STATES:] = start, rest.ravel()
@@ -179,7 +179,7 @@ class Problem:
         self._linear[self._input(ACCEL)[0]] -= p.q_accel * before[ACCEL]
 
     def _joining(self, x: FloatArray) -> FloatArray:
-        """Where the plan should be beside the line (N + 1,): from far off it joins over a distance, not at once."""
+        """Reference offset from the line (N + 1,): from far away the car joins it gradually."""
         start = float(x[OFFSET, 0])
         far = np.sign(start) * max(0.0, abs(start) - NEAR)
         way = (x[S] - x[S, 0]) / (JOIN_LEAST + JOIN_TIME * max(float(x[VX, 0]), 0.0))
@@ -200,7 +200,7 @@ class Problem:
         self._rows_high[self._wall_to] = self._reference[1:, 2:].ravel()
 
     def solve(self) -> tuple[FloatArray, FloatArray] | None:
-        """States (7, N + 1) and inputs (2, N) at the minimum; None where the solver gave up."""
+        """States (7, N + 1) and inputs (2, N) at the minimum; None if the solver failed."""
         arguments = (
             self._cost.fill(),
             self._linear,

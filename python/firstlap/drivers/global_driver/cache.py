@@ -1,4 +1,4 @@
-"""Maps and lines that were made before, in the user's cache folder, found by what they were made of."""
+"""The cache of maps and lines in the user's cache folder, with hashes of their inputs as keys."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ SOURCES = (
 
 
 def key_of(said: dict[str, Any]) -> str:
-    """Hash of what a thing is made of, this version and code included."""
+    """Hash of the inputs, this version and the code."""
     whole = {"version": __version__, "code": _code(), **said}
     return hashlib.sha256(json.dumps(whole, sort_keys=True).encode()).hexdigest()[:40]
 
@@ -40,9 +40,9 @@ def _code() -> str:
 
 
 def stored(key: str, make: Callable[[Path], dict[str, Any]]) -> tuple[Path, dict[str, Any], bool]:
-    """The folder of a key, the facts in it, and whether it was there before; `make` fills a new one.
+    """The folder of a key, its facts, and whether it existed; otherwise `make` fills a new one.
 
-    A folder takes its name when it is complete, so that half of one is never found. Raises InputError.
+    A folder is renamed when it is complete, so an incomplete one is never found. Raises InputError.
     """
     place = cache_folder("global") / key
     facts = _facts(place)
@@ -70,7 +70,7 @@ def _new_folder(parent: Path) -> Path:
         parent.mkdir(parents=True, exist_ok=True)
         return Path(tempfile.mkdtemp(prefix=".", dir=parent))
     except OSError as error:
-        raise InputError(f"{parent}: no folder for maps and lines can be made there ({error.strerror})") from None
+        raise InputError(f"{parent}: cannot create the folder for maps and lines ({error.strerror})") from None
 
 
 def _finish(temporary: Path, place: Path, facts: dict[str, Any]) -> None:

@@ -31,22 +31,22 @@ Command = tuple[float, float, str]
 SEED = 1
 STOPS = ("no_path", "bad_state")
 SURE = 2.0
-"""[m/s] a car that drives so fast knew where it was."""
+"""[m/s] A car faster than this was localized."""
 
 
 class GlobalDriver:
-    """Localization, predictive control and the net below them. What `_core.CallbackDriver` calls.
+    """Localization, predictive control and the guard, as called by `_core.CallbackDriver`.
 
-    status: ok; holding: no pose, or no plan in time: the last one is followed; no_path: lost, or no plan for too
-    long: the car stops along the way that the scan shows free; blocked: returns stand in the plan.
+    status: ok; holding: no pose, or no plan in time: the last plan is followed; no_path: lost, or no plan for too
+    long: the car stops along the free path in the scan; blocked: returns block the plan.
     """
 
     def __init__(self, parts: Parts, car: Car, prepared: Prepared) -> None:
-        """Raises InputError for a line that takes the car into a wall of the map."""
+        """Raises InputError if the car touches a wall of the map on the line."""
         self.parts, self.prepared = parts, prepared
         check_clear(prepared.line, Corridor(prepared.walls, car), prepared.line.source)
         self.localizer = Localizer(prepared.known, car, SEED, parts.localizer)
-        # The time limit is of this thread alone: what else the machine does makes no plan late.
+        # The time limit uses this thread's CPU time: other load on the machine does not delay plans.
         self.controller = Controller(prepared.line, prepared.walls, car, parts.mpc, clock=thread_time)
         self.guard = Guard(parts.guard, car, self.controller.model)
         path = prepared.line.path
@@ -58,7 +58,7 @@ class GlobalDriver:
         self.reset()
 
     def reset(self) -> None:
-        """Forgets everything: the car stands where it was said to start, or on the map's start."""
+        """Resets everything: the car is at the given start, or at the map's start."""
         self.localizer.start(self._start)
         self.controller.reset()
         self.guard.reset()
@@ -78,7 +78,7 @@ class GlobalDriver:
         self.reset()
 
     def use_true_pose(self, race: _core.Race | None, track: Track) -> None:
-        """For the ablation: the simulator's pose, laid on the map by the best fit of its walls."""
+        """For ablation: uses the simulator's pose, aligned with the map by the best fit of its walls."""
         self._race = race if self.parts.guard.true_pose else None
         if self._race is not None:
             self._frame = align(self.prepared.known, track, self._race.pose)
@@ -92,10 +92,10 @@ class GlobalDriver:
         dt: float,
         header: dict[str, float],
     ) -> Command:
-        """One command. Never raises for bad data."""
+        """One command. Does not raise for invalid data."""
         head = ScanHeader(**header)
         pose = self._pose(ranges, (speed, yaw_rate, steering_angle), dt, head)
-        # From here on speeds are true ones, by how far the car came on the map; the car is told its own again.
+        # From here on speeds are true speeds, scaled by the distance on the map; the command is scaled back.
         speed *= self.estimate.speed_scale if self.estimate is not None else 1.0
         if self.seen and self.seen["result"][2] == "blocked":
             pose = self._reckoned(speed, yaw_rate, dt) or pose
@@ -119,7 +119,7 @@ class GlobalDriver:
         return command
 
     def _for_the_car(self, command: Command) -> Command:
-        """The command with what the car makes of it: one that drives faster than told is told less."""
+        """The command scaled for the car: one that drives faster than commanded gets a lower command."""
         if self.estimate is None:
             return command
         speed = command[0] / self.estimate.command_scale
@@ -139,7 +139,7 @@ class GlobalDriver:
         return (found.x, found.y, found.yaw) if self._map_fits and not found.lost else None
 
     def _reckoned(self, speed: float, yaw_rate: float, dt: float) -> Pose | None:
-        """Where odometry leads: what the map does not know draws the filter away, and the stop is short."""
+        """The pose by odometry during a stop, since objects that are not in the map mislead the filter."""
         body = self.controller.body
         if body is None or not finite((speed, yaw_rate, dt), 100.0):
             return None
@@ -149,9 +149,9 @@ class GlobalDriver:
     def _seek(
         self, pose: Pose | None, ranges: npt.NDArray[np.float32], head: ScanHeader, speed: float, dt: float
     ) -> None:
-        """Lost and standing: the filter looks only nearby, so that where the car is must be found anew.
+        """Relocalizes a lost, stopped car on the whole map, since the filter searches only nearby.
 
-        Only by a car that drove a lap of this map before: parts of other tracks look alike.
+        Only if the car has driven on this map before: parts of other tracks look similar.
         """
         if pose is not None:
             self._known_way += max(0.0, speed * dt) if math.isfinite(speed * dt) else 0.0
@@ -166,7 +166,7 @@ class GlobalDriver:
             self.localizer.start(found)
 
     def _meet(self, pose: Pose | None) -> None:
-        """A pose that is far from the expected one: what the controller believed was wrong."""
+        """Resets the controller if the pose is far from the expected one."""
         body = self.controller.body
         if pose is None or body is None:
             return
@@ -179,7 +179,7 @@ class GlobalDriver:
     def _checked(
         self, step: Step, ranges: npt.NDArray[np.float32], head: ScanHeader, speed: float, yaw_rate: float
     ) -> Command:
-        """The command, unless returns stand in the plan."""
+        """The command, or braking if returns block the plan."""
         plan, body = self.controller.plan, self.controller.body
         if plan is None or body is None or step.status in STOPS:
             self.guard.reset()
@@ -199,7 +199,7 @@ class GlobalDriver:
         dt: float,
         head: ScanHeader,
     ) -> Command:
-        """Brakes: along the plan for a moment, then along the way that the scan shows free."""
+        """Brakes: first along the plan, then along the free path in the scan."""
         yaw_rate = state[1] if math.isfinite(state[1]) else 0.0
         slower = min(command[0], self.guard.stopping(self.controller.acting[0], yaw_rate))
         if self._lost_for <= self.parts.guard.lost_pause and step.status not in STOPS:
@@ -215,7 +215,7 @@ class GlobalDriver:
 
 
 class GlobalHandle:
-    """The driver as races take it."""
+    """The driver handle for races."""
 
     def __init__(self, parts: Parts, car: Car, prepared: Prepared) -> None:
         self.driver = GlobalDriver(parts, car, prepared)
@@ -226,12 +226,12 @@ class GlobalHandle:
         self.driver.set_start(share)
 
     def use_true_pose(self, race: _core.Race | None, track: Track) -> None:
-        """For the ablation, before the first step and after the last."""
+        """For ablation; called before the first step and after the last."""
         self.driver.use_true_pose(race, track)
 
     @property
     def trace(self) -> dict[str, Any]:
-        """What the last step saw and thought, see `global_driver.trace`."""
+        """The trace of the last step, see `global_driver.trace`."""
         from firstlap.drivers.global_driver.trace import trace_of
 
         return trace_of(self.driver)

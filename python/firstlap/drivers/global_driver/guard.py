@@ -1,4 +1,4 @@
-"""The safety net: how hard the car may brake, and whether the scan shows the planned way free."""
+"""The guard: braking limits, and whether the planned path is free in the scan."""
 
 from __future__ import annotations
 
@@ -19,24 +19,25 @@ from firstlap.perception.scan import laser_of, ray_ends
 from firstlap.tracks.track import FloatArray
 
 CRAWL = 0.3
-"""[m/s] below which a stopping car is told to stand."""
+"""[m/s] Speed below which a stopping car is commanded to 0."""
 EVERY = 0.25
-"""[m] from one place that is looked at to the next: less than the car is long, or a thin thing is missed between."""
+"""[m] Spacing of the checked poses: less than the car's length, so that no thin object is missed between them."""
 URGENT = 0.5
-"""Share of the braking that is there, beyond which the car begins to brake for what blocks its plan."""
+"""Share of the available braking above which the car begins to brake for an obstacle."""
 ACTING, SPARE = 0.15, 0.5
-"""[s] until a command acts, after as many scans as it takes to be sure; and [m] to be on the safe side."""
+"""Delay [s] until a command acts, in addition to the scans for confirmation; and safety distance [m]."""
 HURRY = 1.2
-"""Brakes so much harder than the distance asks for: the command acts late."""
+"""Factor on the required braking, because the command acts late."""
 
 
 def plan_poses(plan: Plan, table: LineTable, origin: tuple[float, float, float]) -> FloatArray:
-    """(N + 1, 3) poses of base_link along a plan, as seen from a pose in the frame of the line."""
+    """(N + 1, 3) poses of base_link along a plan, relative to a pose in the frame of the line."""
     return _poses(plan.states[S], plan.states[OFFSET], plan.states[COURSE], table, origin)
 
 
 def way_ahead(plan: Plan, table: LineTable, origin: tuple[float, float, float], length: float) -> FloatArray:
-    """(K, 3) the same every EVERY meters, and on beside the line until `length` [m] from the plan's beginning."""
+    """(K, 3) the same every EVERY meters, extended parallel to the line until `length` [m] from the plan's
+    beginning."""
     states = plan.states
     begin, end = (float(states[S, k]) for k in (0, -1))
     s = np.arange(begin, max(end, begin + length), EVERY)
@@ -61,7 +62,7 @@ def _poses(
 
 @dataclass(frozen=True)
 class Body:
-    """The car's rectangle in base_link and its laser, [m]."""
+    """The car's rectangle and its LiDAR in base_link [m]."""
 
     rear: float
     front: float
@@ -79,7 +80,7 @@ class Body:
 def returns(
     ranges: npt.NDArray[np.float32], header: ScanHeader, speed: float, yaw_rate: float, body: Body, reach: float
 ) -> FloatArray:
-    """(N, 2) returns nearer than `reach` [m] in base_link at the end of the sweep, which the car's motion bends."""
+    """(N, 2) returns nearer than `reach` [m] in base_link at the end of the sweep, deskewed."""
     good = _core.scan_returns(ranges, header.range_min, header.range_max).astype(bool)
     index = np.flatnonzero(good & (ranges < reach))
     distance = ranges[index].astype(np.float64)
@@ -93,22 +94,22 @@ def returns(
 
 
 class Guard:
-    """Looks along the plan for returns that stand in its way."""
+    """Checks the plan for returns that block it."""
 
     def __init__(self, params: GuardParams, car: Car, model: Model) -> None:
         self.params, self.model, self.body = params, model, Body.of(car)
         self.reset()
 
     def reset(self) -> None:
-        """Forgets what was seen."""
+        """Discards earlier scans."""
         self._seen = 0
         self.blocked_at: float | None = None
         self.braking: float | None = None
 
     def look(self, poses: FloatArray, points: FloatArray) -> float | None:
-        """[m] of way along `poses` (N, 3) to the first that returns (M, 2) stand in; None where all are free.
+        """Distance [m] along `poses` (N, 3) to the first one blocked by returns (M, 2); None if all are free.
 
-        Only what several scans in a row have seen counts.
+        Only obstacles in several consecutive scans count.
         """
         found = self._first(poses, points)
         self._seen = self._seen + 1 if found is not None else 0
@@ -128,24 +129,24 @@ class Guard:
         hit = np.flatnonzero(inside.sum(axis=1) >= self.params.blocking)
         if not len(hit):
             return None
-        # Between two poses the front came to the nearest of them.
+        # Between two poses the front reaches the nearest of them.
         i = int(hit[0])
         deep = body.front - shrink - float(along[i][inside[i]].min())
         return max(float(way[i]) - deep, float(way[i - 1]) if i else 0.0)
 
     def reach(self, speed: float) -> float:
-        """[m] of way that must be seen free: to stop, with what the command takes to act."""
+        """Distance [m] that must be free for stopping, including the delay of the command."""
         return self.params.gap + SPARE + speed * ACTING + HURRY * 0.5 * speed * speed / self.most_brake(speed, 0.0)
 
     def most_brake(self, speed: float, yaw_rate: float) -> float:
-        """[m/s^2] that the tires have left for braking while the car corners."""
+        """Braking [m/s^2] that the tires have left while cornering."""
         grip, use = self.model.grip, self.params.brake_use
         cornering = min(1.0, abs(speed * yaw_rate) / grip.lateral)
         left = math.sqrt(max(0.05, 1.0 - cornering * cornering))
         return min(self.model.most_brake, grip.brake) * use * left
 
     def stopping(self, speed: float, yaw_rate: float) -> float:
-        """The speed command that stops the car as soon as the tires allow. speed: when it acts."""
+        """The speed command that stops the car as fast as the tires allow. speed: when it acts."""
         return self._braking(speed, self.most_brake(speed, yaw_rate))
 
     def _braking(self, speed: float, brake: float) -> float:
@@ -153,9 +154,9 @@ class Guard:
         return command if command > CRAWL else 0.0
 
     def before_block(self, speed: float, way: float, yaw_rate: float, wanted: float) -> tuple[float, bool]:
-        """The speed command with what blocks the plan in view, and whether that is the reason for it.
+        """The speed command with an obstacle ahead, and whether the obstacle limits it.
 
-        speed: when the command acts, `way` [m] from here. `braking` is what the next plan should know of.
+        speed: when the command acts, `way` [m] from here. Sets `braking` for the next plan.
         """
         self.braking = None
         if self.blocked_at is None:
@@ -164,7 +165,7 @@ class Guard:
         most = self.most_brake(speed, yaw_rate)
         need = speed * speed / (2.0 * room) if room > 0.0 else most
         if need < URGENT * most:
-            # Near walls a slow car may still creep up, never faster than it can stop.
+            # A slow car may still creep forward, never faster than it can stop.
             return min(wanted, math.sqrt(2.0 * URGENT * most * room)), wanted > math.sqrt(2.0 * URGENT * most * room)
         self.braking = min(HURRY * need, most)
         return min(wanted, self._braking(speed, self.braking)), True

@@ -1,4 +1,4 @@
-"""What the registry of drivers knows of the map-based driver. Nothing heavy is imported here."""
+"""The registry entry of the map-based driver. Imports nothing heavy."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def _make(values: Any, car: Car | None, preparation: Preparation) -> Handle:
     from firstlap.drivers.global_driver.driver import GlobalHandle
 
     if car is None or preparation.given is None:
-        raise InputError("driver global: needs a car and a map of the track before it drives")
+        raise InputError("driver global: needs a car and a map of the track")
     return GlobalHandle(values.parts(), car, preparation.given)
 
 
@@ -29,7 +29,7 @@ def _prepare(track: Track, setup: Setup, car: Car, seed: int, look: ProgressCall
 
 
 def global_kind() -> DriverKind:
-    """For the registry of drivers."""
+    """The registry entry."""
     return DriverKind(
         name="global",
         title="map, racing line, particle filter and predictive control",

@@ -1,4 +1,4 @@
-"""Before the race: a slow lap, a map, and the line on that map. The true walls are only driven between."""
+"""Preparation: a mapping lap, a map, and the racing line on it, without use of the true walls."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ from firstlap.tracks.track_hash import track_hash
 MAPPING_SETUP = "sure"
 MAP_FILE, ROAD_FILE, LINE_FILE = "map.yaml", "road.yaml", "line.csv"
 MAP_SHARE, LINE_SHARE = 0.6, 0.4
-"""Of the progress that is shown."""
+"""Shares of the total progress."""
 
 
 @dataclass(frozen=True)
 class Prepared:
-    """What the driver races with. walls: the road on the map, read as a track; line and plans know nothing else."""
+    """The preparation of the driver. walls: the road on the map as a track; line and plans use nothing else."""
 
     known: OccupancyMap
     walls: Track
@@ -42,9 +42,9 @@ class Prepared:
 
 
 def prepare(track: Track, parts: Parts, car: Car, seed: int, look: ProgressCallback | None = None) -> Preparation:
-    """Map and line, from the cache or made now; the seconds are those that it took when they were made.
+    """Map and line, from the cache or made now; the durations are those of making them.
 
-    The map's lap begins where and goes the way the race will. Raises InputError.
+    The mapping lap has the race's start and direction of travel. Raises InputError.
     """
     say = look or (lambda _what, _share: None)
     map_folder, mapped, map_known = _map(track, parts, car, seed, say)
@@ -54,7 +54,7 @@ def prepare(track: Track, parts: Parts, car: Car, seed: int, look: ProgressCallb
     driving, computing = mapped["driving"], mapped["computing"] + lined["computing"]
     notes = [
         f"mapping lap of {mapped['travelled']:.1f} m, {driving:.1f} s" + (" (cached)" if map_known else ""),
-        f"line of {line.length:.1f} m, {line.lap_time:.2f} s a lap" + (" (cached)" if line_known else ""),
+        f"line of {line.length:.1f} m, {line.lap_time:.2f} s per lap" + (" (cached)" if line_known else ""),
         *lined["notes"],
     ]
     return Preparation(
@@ -104,7 +104,7 @@ def _read_walls(path: Path, name: str) -> Track:
         return load_ros_map(path)
     except InputError as error:
         reason = str(error).removeprefix(f"{path}: ")
-        raise InputError(f"{name}: the map of its mapping lap is no track: {reason}") from None
+        raise InputError(f"{name}: the map of the mapping lap is not a valid track: {reason}") from None
 
 
 def _line(
@@ -132,7 +132,7 @@ def _made(walls: Track, car: Car, params: LineParams, say: ProgressCallback) -> 
 
     line = make_line(walls, car, params, tell)
     if not np.isfinite(line.path.points).all():
-        raise InputError(f"{walls.name}: no line was found on the map")
+        raise InputError(f"{walls.name}: no racing line was found on the map")
     return line
 
 

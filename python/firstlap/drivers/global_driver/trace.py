@@ -1,4 +1,4 @@
-"""What the last step of the map-based driver saw and thought, as plain arrays in base_link."""
+"""The trace of a step of the map-based driver, as arrays in base_link."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from firstlap.drivers.global_driver.driver import GlobalDriver
 
 NEARBY = 12.0
-"""[m] of map and line round the car."""
+"""[m] Radius of the map and line around the car."""
 
 
 def trace_of(driver: GlobalDriver) -> dict[str, Any]:
@@ -25,8 +25,8 @@ def trace_of(driver: GlobalDriver) -> dict[str, Any]:
     result: speed, steering angle, status. ranges, first_beam, beam_step: the scan. estimate: of the filter, None with
     the true pose. pose: on the map, None where lost. map: (N, 2) wall points nearby. line: (M, 2) nearby, line_speed
     (M,). plan: (K, 3) poses, plan_speed (K,), plan_accel and plan_steering (K - 1,), plan_time (K,), line_speed_ahead
-    (K,) that the line has there, left and right (K,): least room beside the car, margin included. blocked_at: way to
-    what blocks the plan, or None. particles: how many.
+    (K,) of the line there, left and right (K,): smallest lateral clearance, including the margin. blocked_at: distance
+    to an obstacle in the plan, or None. particles: their number.
     """
     seen, table = driver.seen, driver.controller.table
     head = seen.get("header")
@@ -72,6 +72,6 @@ def _plan(driver: GlobalDriver, at: FloatArray | None) -> dict[str, Any]:
 
 
 def _nearby(points: FloatArray, at: FloatArray) -> tuple[FloatArray, Any]:
-    """Points (N, 2) of the map's frame near a pose, as seen from it, and which they are."""
+    """Points (N, 2) of the map near a pose, in its frame, and their mask."""
     index = np.flatnonzero(np.hypot(*(points - at[:2]).T) < NEARBY)
     return transform(between(at, np.zeros(3)), points[index]), index

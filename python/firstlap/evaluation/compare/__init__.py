@@ -1,1 +1,1 @@
-"""Drivers against each other on one track."""
+"""Comparison of drivers on one track."""

@@ -1,4 +1,4 @@
-"""Drivers against each other: the same track, car, seeds and laps for all, on all cores."""
+"""Comparison of drivers with the same track, car, seeds and laps, on all cores."""
 
 from __future__ import annotations
 
@@ -35,17 +35,17 @@ class Entry:
 
     @property
     def label(self) -> str:
-        """driver, or driver:setup where the setup is not its default one."""
+        """The driver's name, or driver:setup if the setup is not its default."""
         default = driver_kind(self.setup.driver).default_setup
         return self.setup.driver if self.setup.name == default else f"{self.setup.driver}:{self.setup.name}"
 
     @property
     def needs_map(self) -> bool:
-        """Whether it has to know the track before the race."""
+        """Whether the driver needs a map of the track."""
         return driver_kind(self.setup.driver).needs_map
 
     def summary(self) -> dict[str, Any]:
-        """The row of the table; laps are the flying laps of the races that were finished."""
+        """The row of the table; laps are the flying laps of finished races."""
         finished = [record for record in self.records if record.finished]
         laps = [lap for record in finished for lap in record.flying]
         times = [lap.time for lap in laps]
@@ -73,13 +73,13 @@ class Entry:
 
 
 def parse_entries(text: str | None, car: Car) -> list[Entry]:
-    """local:race,gap,gap:gap_arena -> entries; None: every driver with its default setup. Raises InputError."""
+    """Parses "local:race,gap,gap:gap_arena"; None: every driver with its default setup. Raises InputError."""
     words = [word.strip() for word in text.split(",")] if text is not None else list(DRIVERS)
     entries: list[Entry] = []
     for word in words:
         name, colon, setup = word.partition(":")
         if not name or (colon and not setup):
-            raise InputError(f"--drivers '{text}': expected DRIVER or DRIVER:SETUP, with commas between")
+            raise InputError(f"--drivers '{text}': expected comma-separated DRIVER or DRIVER:SETUP")
         driver_kind(name, "--drivers")
         entries.append(Entry(choose_setup(name, setup or None)))
         entries[-1].setup.params(car.core)
@@ -91,7 +91,7 @@ def parse_entries(text: str | None, car: Car) -> list[Entry]:
 
 
 class Comparison:
-    """All entries on one track. Races that a store knows are not raced again."""
+    """All entries on one track. Races in the store are not repeated."""
 
     def __init__(
         self,
@@ -121,7 +121,7 @@ class Comparison:
 
     @property
     def races(self) -> int:
-        """How many there are in all."""
+        """Total number of races."""
         return len(self.entries) * self.seeds
 
     def drive(
@@ -129,9 +129,9 @@ class Comparison:
         done: Callable[[Entry, Record], object] | None = None,
         preparing: Callable[[Entry, str, float], object] | None = None,
     ) -> None:
-        """Drives what is missing; `done` is called in this thread after each race, `preparing` while a driver prepares.
+        """Runs the missing races; `done` is called in this thread after each, `preparing` while a driver prepares.
 
-        Interrupted: what was finished stands, here and in the store.
+        If interrupted, finished races are kept, here and in the store.
         """
         missing = self._read_store(done)
         in_threads = [job for job in missing if not driver_kind(job.entry.setup.driver).in_python]
@@ -146,11 +146,11 @@ class Comparison:
             entry.records.sort(key=lambda record: record.seed)
 
     def key(self, setup: Setup, seed: int) -> str:
-        """Of a race in the store."""
+        """The key of a race in the store."""
         return race_key(self.track, setup, self.car, self.laps, seed, self.latency, self.options)
 
     def take(self, entry: Entry, record: Record, done: Callable[[Entry, Record], object] | None) -> None:
-        """Keeps a race that was just driven."""
+        """Stores the record of a race."""
         self.store.save(self.key(entry.setup, record.seed), record)
         entry.records.append(record)
         if done:
@@ -179,7 +179,7 @@ class Comparison:
         entry.preparation = kind.prepare(self.track, entry.setup, self.car, 1, look)
 
     def to_dict(self) -> dict[str, Any]:
-        """As `firstlap compare --json` prints it."""
+        """As in `firstlap compare --json`."""
         rows = [entry.summary() for entry in self.entries]
         reference = reference_row(rows)
         for row in rows:
@@ -200,7 +200,7 @@ class Comparison:
 
 
 def reference_row(rows: Iterable[dict[str, Any]]) -> dict[str, Any] | None:
-    """The row that laps are compared with: global, or the fastest of those that finished most often."""
+    """The reference row for lap times: global, or the fastest of those with the highest success rate."""
     driven = [row for row in rows if row["median"] is not None]
     known = [row for row in driven if row["driver"] == "global"]
     candidates = known or driven
@@ -208,11 +208,12 @@ def reference_row(rows: Iterable[dict[str, Any]]) -> dict[str, Any] | None:
 
 
 PAPER = {"reactive": 16.0, "local": 12.8, "global": 11.82}
-"""Seconds a lap of the paper's race: reactive, local planning with Stanley control, map and global line."""
+"""Lap times [s] in the paper: reactive, local planning with Stanley control, map and global line."""
 
 
 def paper_order(rows: Iterable[dict[str, Any]]) -> dict[str, Any]:
-    """Our median laps in the paper's three groups, the fastest of each that finished every race, beside the paper's."""
+    """Our median lap times in the paper's three groups (of each the fastest that finished every race), and the
+    paper's."""
     groups = {"local": "local", "global": "global"}
     best: dict[str, tuple[float, str]] = {}
     for row in rows:
@@ -240,11 +241,11 @@ class _Job:
 
 
 class InterruptedComparisonError(Exception):
-    """The races were stopped from outside."""
+    """The races were interrupted."""
 
 
 class _Threads:
-    """Drivers of the core: their races release the GIL."""
+    """Runs core drivers in threads: their races release the GIL."""
 
     def __init__(self, jobs: int) -> None:
         self.jobs = jobs
@@ -275,10 +276,10 @@ class _Threads:
 
 
 class _Processes:
-    """Drivers in Python: each process has an interpreter of its own."""
+    """Runs Python drivers in processes, each with its own interpreter."""
 
     begin: Callable[[], object] | None = None
-    """Called in each process before its first race, for drivers that no module of ours makes known."""
+    """Called in each process before its first race, to register drivers that are not our own."""
 
     def __init__(self, jobs: int) -> None:
         self.jobs = jobs
@@ -286,7 +287,7 @@ class _Processes:
     def drive(self, comparison: Comparison, jobs: Sequence[_Job], done: Callable[..., object] | None) -> None:
         context = multiprocessing.get_context("spawn")
         stop = context.Event()
-        track = replace(comparison.track)  # without what it has cached
+        track = replace(comparison.track)  # without its cached properties
         pool = ProcessPoolExecutor(min(self.jobs, len(jobs)), context, _begin_process, (stop, self.begin))
         car = (comparison.car.name, comparison.car.core.values())
         futures = {}
@@ -316,7 +317,7 @@ _stop_process: Any = None
 
 
 def _begin_process(stop: Any, begin: Callable[[], object] | None) -> None:
-    """Ctrl-C is the parent's business; it sets `stop`."""
+    """Ignores Ctrl-C; the parent handles it and sets `stop`."""
     global _stop_process
     if begin:
         begin()

@@ -1,4 +1,4 @@
-"""The picture of a comparison: lines over the track, speeds along the lap, bars of lap times."""
+"""Plots a comparison: lines on the track, speeds along the lap, bars of lap times."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ COLORS = ("#6a1b9a", "#e8710a", "#1f77b4", "#2e7d32", "#c2185b", "#00838f", "#8d
 
 
 def plot_comparison(comparison: Comparison, path: str | Path) -> None:
-    """Writes the picture. Raises InputError."""
+    """Writes the plot. Raises InputError."""
     save(comparison_figure(comparison), path)
 
 
@@ -64,7 +64,7 @@ def _draw_lines(axes: Axes, comparison: Comparison, lines: dict[str, Line | None
 
 
 def _draw_bars(axes: Axes, comparison: Comparison, colors: dict[str, str]) -> None:
-    """Median flying lap as a bar, every lap as a dot, races that failed in words."""
+    """Draws the median flying lap as a bar, every lap as a dot, and failed races as text."""
     axes.set_title("flying laps [s], bar: median", fontsize=11, color=INK, loc="left", pad=8)
     everything: list[float] = []
     for row, entry in enumerate(comparison.entries):
@@ -102,7 +102,7 @@ def _draw_speeds(axes: Axes, comparison: Comparison, lines: dict[str, Line | Non
         axes.plot(line["s"][order], line["speed"][order], color=colors[label], linewidth=1.6, label=label)
     axes.set_xlim(0.0, comparison.track.length)
     axes.set_ylim(bottom=0.0)
-    axes.set_xlabel("metres from the start line", fontsize=10, color=INK)
+    axes.set_xlabel("distance from the start line [m]", fontsize=10, color=INK)
     axes.tick_params(colors=INK)
     axes.grid(color="#edf0f2", linewidth=0.8)
     for name, spine in axes.spines.items():

@@ -1,4 +1,4 @@
-"""Races of a comparison: what is kept of one, and where, so that a comparison goes on where it was stopped."""
+"""Records of races and their store, so that an interrupted comparison can be resumed."""
 
 from __future__ import annotations
 
@@ -52,11 +52,11 @@ class Record:
 
     @property
     def flying(self) -> list[Lap]:
-        """Its laps without the standing one; that one where it is alone."""
+        """The flying laps; the standing-start lap if it is the only one."""
         return [lap for lap in self.laps if not lap.standing] or self.laps
 
     def line_of_best_lap(self) -> Line | None:
-        """The path over its fastest flying lap; None without a complete lap."""
+        """The path of its fastest flying lap; None without a complete lap."""
         if not self.laps:
             return None
         ends = np.cumsum([lap.time for lap in self.laps])
@@ -66,7 +66,7 @@ class Record:
 
 
 def to_record(result: RaceResult) -> Record:
-    """What is kept of a race."""
+    """Makes the record of a race."""
     return Record(
         seed=result.seed,
         outcome=result.outcome,
@@ -81,20 +81,20 @@ def to_record(result: RaceResult) -> Record:
 
 
 class Store:
-    """A folder with one file per race, named after everything that the race depends on."""
+    """A folder with one file per race, named by a hash of everything that the race depends on."""
 
     def __init__(self, folder: Path) -> None:
-        """Makes the folder. Raises InputError."""
+        """Creates the folder. Raises InputError."""
         self.folder = folder
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise InputError(f"{folder}: no folder for races can be made there ({error.strerror})") from None
+            raise InputError(f"{folder}: cannot create the folder for races ({error.strerror})") from None
         if not os.access(folder, os.W_OK):
             raise InputError(f"{folder}: cannot be written")
 
     def load(self, key: str) -> Record | None:
-        """The race stored under a key; None where there is none, or one that cannot be read."""
+        """The race stored under a key; None if there is none or it cannot be read."""
         try:
             with np.load(self.folder / f"{key}.npz", allow_pickle=False) as file:
                 facts = json.loads(str(file["facts"]))
@@ -103,7 +103,7 @@ class Store:
                 return Record(**facts, compute_times=file["compute_times"], path=path)
         except FileNotFoundError:
             return None
-        except Exception:  # a file of another version, or half a file after a crash: race again
+        except Exception:  # a file of another version, or incomplete after a crash: race again
             return None
 
     def save(self, key: str, record: Record) -> None:

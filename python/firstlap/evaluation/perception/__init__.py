@@ -1,1 +1,1 @@
-"""What the method perceives, measured against what is there."""
+"""Evaluation of perception against ground truth."""

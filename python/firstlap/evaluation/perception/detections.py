@@ -1,4 +1,4 @@
-"""What one step perceived, taken from the trace for measuring."""
+"""The perception of one step, extracted from the trace."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ FloatArray = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Detection:
-    """One step of the method, in base_link at the end of the sweep, meters.
+    """The perception of one step, in base_link at the end of the sweep [m].
 
-    points: (N, 2) returns used; side: (N,) LEFT, RIGHT or NEITHER, as the walls that the line was traced between.
+    points: (N, 2) returns used; side: (N,) LEFT, RIGHT or NEITHER, the side of the wall that the line used.
     line: (M, 2) the planner's centerline before smoothing and joining, empty without one; line_width: (M,);
-    path: (K, 2) the trajectory planned from this scan, from the front axle on, empty where there is none.
-    left, right: (L, 2) samples of the walls that this scan saw.
+    path: (K, 2) the trajectory planned from this scan, from the front axle on, empty if there is none.
+    left, right: (L, 2) samples of the walls visible in this scan.
     front: x of the front axle, from which "ahead" counts.
     """
 
@@ -37,7 +37,7 @@ class Detection:
 
     @classmethod
     def of(cls, trace: Mapping[str, Any], front: float) -> Detection:
-        """From `Racer.trace` right after a step."""
+        """From `Racer.trace` after a step."""
         status = trace["result"][2]
         points = np.asarray(trace["points"])
         planned = status in ("ok", "blocked")
@@ -63,7 +63,7 @@ def _seen_now(wall: Mapping[str, Any]) -> FloatArray:
 
 
 def _point_sides(trace: Mapping[str, Any]) -> SideArray:
-    """A return has the side of its section, and a section that of the wall which took up its samples."""
+    """A return has the side of its section, and a section has the side of the wall that contains its samples."""
     sections = trace["sections"]
     count = len(sections["first"])
     of_section = np.zeros(count, dtype=np.int8)

@@ -1,8 +1,8 @@
-"""What is truly there: the medial line of a track, its width, and the side of every wall.
+"""Ground truth: the medial line of a track, its width, and the side of every wall.
 
-The truth is computed one way for every track and map, ours or recorded: the line of all points as far from the left
+It is computed in the same way for all tracks and maps, ours or recorded: the line of all points as far from the left
 walls as from the right ones (solid walls, with their joints closed), not smoothed. A wall is left or right by the loop
-that it belongs to, seen in the direction of travel, wherever along the track it is seen from.
+that it belongs to, relative to the direction of travel.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from firstlap.tracks.medial import distances, left_normals, resample_closed
 from firstlap.tracks.track import FloatArray, Track
 
 LEFT, RIGHT, NEITHER, UNKNOWN = 1, -1, 0, 2
-"""Sides. NEITHER: an obstacle or scenery. UNKNOWN: no wall near, or one of each side; it cannot be judged."""
+"""Sides. NEITHER: an obstacle or scenery. UNKNOWN: no wall nearby, or walls of both sides: not evaluated."""
 
 SPACING = 0.05
 WALL_SPACING = 0.02
@@ -32,10 +32,10 @@ SideArray = npt.NDArray[np.int8]
 
 @dataclass(frozen=True, eq=False)
 class GroundTruth:
-    """The truth about one track in one direction of travel.
+    """Ground truth of one track in one direction of travel.
 
     line: (M, 2) closed medial line, about 0.05 m apart [m, map frame]. width: (M,) of the track there [m].
-    walls: (K, 2) samples of every wall that the LiDAR sees; sides: (K,) LEFT, RIGHT or NEITHER.
+    walls: (K, 2) samples of every wall visible to the LiDAR; sides: (K,) LEFT, RIGHT or NEITHER.
     """
 
     line: FloatArray
@@ -57,7 +57,7 @@ class GroundTruth:
 
     @classmethod
     def of(cls, track: Track) -> GroundTruth:
-        """The truth about `track` in its direction of travel."""
+        """The ground truth of `track` in its direction of travel."""
         solid = {
             side: [w for w, s, hard in zip(track.walls, track.sides, track.solid, strict=True) if s == side and hard]
             for side in ("left", "right")
@@ -73,17 +73,18 @@ class GroundTruth:
         return cls(line, width, np.vstack(samples), np.concatenate(sides))
 
     def reversed(self) -> GroundTruth:
-        """The truth for the other direction of travel."""
+        """The ground truth for the opposite direction of travel."""
         swapped = np.where(self.sides == NEITHER, NEITHER, -self.sides).astype(np.int8)
         return GroundTruth(self.line[::-1].copy(), self.width[::-1].copy(), self.walls, swapped)
 
     def along(self, x: float, y: float, yaw: float) -> float:
-        """Cosine of the angle between `yaw` [rad] and the direction of travel beside (x, y) [m]."""
+        """Cosine of the angle between `yaw` [rad] and the direction of travel at (x, y) [m]."""
         tangent = self._tangent[int(self._line_tree.query((x, y))[1])]
         return float(tangent @ (np.cos(yaw), np.sin(yaw)))
 
     def station(self, x: float, y: float, yaw: float) -> int:
-        """Index into `line` next to a car at (x, y) [m] that heads for `yaw` [rad]: of the stretch that it drives."""
+        """Index into `line` nearest to a car at (x, y) [m] with heading `yaw` [rad], on the part that it drives
+        along."""
         near = np.asarray(self._line_tree.query((x, y), k=min(40, len(self.line)))[1])
         along = self._tangent[near] @ (np.cos(yaw), np.sin(yaw))
         return int(near[np.argmax(along > -0.2)])
@@ -91,8 +92,8 @@ class GroundTruth:
     def beside(self, points: FloatArray, station: int, behind: float, ahead: FloatArray) -> tuple[FloatArray, IntArray]:
         """(lateral, index): how far left of the medial line each point (N, 2) lies [m], and where along it.
 
-        Only the stretch from `behind` [m] before to `ahead` (N,) [m] after index `station` is looked at: a line that
-        leaves the track through a hole is measured against the track that it left.
+        Only the part from `behind` [m] before to `ahead` (N,) [m] after index `station` is considered: a line that
+        leaves the track through a hole is compared with the track that it left.
         """
         first = -int(behind / SPACING)
         offsets = np.arange(first, int(float(np.max(ahead, initial=0.0)) / SPACING) + 1)
@@ -115,7 +116,7 @@ class GroundTruth:
         return lateral, nearest
 
     def stations_from(self, points: FloatArray, station: int) -> FloatArray:
-        """(N,) way [m] along the medial line from index `station` to beside each point (N, 2), behind negative."""
+        """(N,) distance [m] along the medial line from index `station` to each point (N, 2), behind negative."""
         index = np.asarray(self._line_tree.query(points)[1])
         count = len(self.line)
         return np.asarray(((index - station + count // 2) % count - count // 2) * SPACING)
@@ -123,8 +124,8 @@ class GroundTruth:
     def side_of(self, points: FloatArray, tolerance: float) -> SideArray:
         """(N,) true side of LiDAR returns (N, 2): that of the wall within `tolerance` [m].
 
-        UNKNOWN where there is none, or where both sides are within it and neither is nearer by 0.05 m: a thin wall
-        with a stretch of track on each side.
+        UNKNOWN if there is none, or if both sides are within it and neither is nearer by 0.05 m: a thin wall
+        between two parts of the track.
         """
         found = np.full((len(points), 3), np.inf)
         for column, side in enumerate((LEFT, RIGHT, NEITHER)):
@@ -143,7 +144,7 @@ def _unit(vectors: FloatArray) -> FloatArray:
 
 
 def _medial(line: FloatArray, left: list[FloatArray], right: list[FloatArray]) -> FloatArray:
-    """The track's centerline without its smoothing: brought back to where both sides are equally far."""
+    """The track's centerline without smoothing: moved back to equal distances from both sides."""
     for _ in range(3):
         line = resample_closed(line, SPACING)
         for _ in range(4):

@@ -1,4 +1,4 @@
-"""Perception on a recording with known poses, measured against a map of the track."""
+"""Compares the perception on a recording with known poses with a map of the track."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ TOLERANCE = 0.3
 
 @dataclass
 class MapComparison:
-    """What a recording's scans were seen as, and how far that is from the map."""
+    """The perception of a recording's scans compared with the map."""
 
     name: str
     track: Track
@@ -43,7 +43,7 @@ class MapComparison:
     lines: list[FloatArray] = field(default_factory=list)
 
     def to_dict(self) -> dict[str, Any]:
-        """As `firstlap replay --map --json` prints it."""
+        """As in `firstlap replay --map --json`."""
         return {
             "recording": self.name,
             "map": self.track.source,
@@ -56,7 +56,7 @@ class MapComparison:
         }
 
     def plot(self, path: str | Path) -> None:
-        """Writes a picture: walls seen and centerlines planned, over the map."""
+        """Writes a plot of the perceived walls and planned centerlines on the map."""
         from firstlap.evaluation.perception.plot import plot_against_map
 
         plot_against_map(self, path)
@@ -72,7 +72,7 @@ def measure(
     look: Callable[[int], object] | None = None,
     each: Callable[[Detection, tuple[float, float, float], Perception], object] | None = None,
 ) -> MapComparison:
-    """Replays every scan of a recording with poses and measures it against the map at `map_path`.
+    """Replays every scan of a recording with poses and compares it with the map at `map_path`.
 
     The direction of travel is the car's own: left and right change where it turns round. mask_body: as for
     `replay`. look: called after every scan with how many are done; an exception from it ends the replay. Raises
@@ -80,7 +80,7 @@ def measure(
     """
     poses = recording.poses
     if poses is None:
-        raise InputError(f"{recording.name}: has no poses; only a recording with poses can be held against a map")
+        raise InputError(f"{recording.name}: has no poses; a comparison with a map needs a recording with poses")
     track = load_track(str(map_path))
     forward = GroundTruth.of(track)
     check_on_map(recording, forward, poses, map_path)
@@ -123,16 +123,17 @@ def measure(
 
 
 def check_on_map(recording: Recording, truth: GroundTruth, poses: FloatArray, map_path: str | Path) -> None:
-    """Poses of another map, or of odometry that knows none, would only measure nonsense."""
+    """Raises InputError if the poses are from another map or from odometry, for which the result would be
+    meaningless."""
     if recording.frame == "odom":
         raise InputError(
-            f"{recording.name}: its poses are odometry's (frame 'odom') and not in a map, so that they cannot be laid "
-            f"on {map_path}; expected poses of a localizer in that map's frame, see --pose-topic"
+            f"{recording.name}: its poses are from odometry (frame 'odom') and cannot be compared "
+            f"with {map_path}; expected poses of a localizer in that map's frame, see --pose-topic"
         )
     off = np.array([np.hypot(*(truth.line - pose[:2]).T).min() for pose in poses[:: max(1, len(poses) // 200)]])
     widest = 0.5 * float(truth.width.max()) + 0.3
     if np.mean(off > widest) > 0.2:
         raise InputError(
-            f"{recording.name}: its poses (frame '{recording.frame}') do not lie on the track of {map_path}: "
-            f"{np.median(off):.1f} m from its line in the median; expected poses in that map's frame"
+            f"{recording.name}: its poses (frame '{recording.frame}') are not on the track of {map_path}: "
+            f"{np.median(off):.1f} m from its centerline (median); expected poses in that map's frame"
         )

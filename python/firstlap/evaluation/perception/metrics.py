@@ -41,7 +41,7 @@ STRETCH_BEHIND, STRETCH_AHEAD = 2.0, 9.0
 
 
 def foot(line: FloatArray, x: float) -> tuple[FloatArray, FloatArray]:
-    """(way, points): the line (M, 2) from its foot beside (x, 0) on, with the way from there [m].
+    """(distance, points): the line (M, 2) from its foot point of (x, 0) on, with the distance from there [m].
 
     A line that begins ahead of (x, 0) counts from there on.
     """
@@ -60,7 +60,7 @@ def foot(line: FloatArray, x: float) -> tuple[FloatArray, FloatArray]:
 
 
 def at(way: FloatArray, points: FloatArray, ahead: FloatArray | float) -> FloatArray:
-    """(N, 2) points at `ahead` (N,) meters of way; NaN where the line does not reach."""
+    """(N, 2) points at the distances `ahead` (N,) [m]; NaN beyond the end of the line."""
     wanted = np.atleast_1d(np.asarray(ahead, dtype=np.float64))
     if len(way) == 0:
         return np.full((len(wanted), 2), np.nan)
@@ -70,16 +70,16 @@ def at(way: FloatArray, points: FloatArray, ahead: FloatArray | float) -> FloatA
 
 
 def to_world(points: FloatArray, pose: Pose) -> FloatArray:
-    """Points (N, 2) in base_link in the frame of `pose` (x, y, yaw)."""
+    """Transforms points (N, 2) from base_link to the frame of `pose` (x, y, yaw)."""
     c, s = np.cos(pose[2]), np.sin(pose[2])
     return np.asarray(points @ np.array([[c, s], [-s, c]]) + pose[:2])
 
 
 @dataclass
 class Perception:
-    """Collects what was perceived, scan by scan; `to_dict` gives the metrics.
+    """Collects the perception of each scan; `to_dict` returns the metrics.
 
-    truth: where it is known. tolerance: how far a return may lie from its true wall [m].
+    truth: if known. tolerance: maximum distance of a return from its true wall [m].
     """
 
     truth: GroundTruth | None = None
@@ -99,9 +99,9 @@ class Perception:
     _before: tuple[Detection, Pose] | None = None
 
     def add(self, seen: Detection, pose: Pose, dt: float) -> None:
-        """One scan.
+        """Adds one scan.
 
-        seen: what was seen of it. pose: of base_link at its end, in the map or by odometry. dt: [s] since the last.
+        seen: its perception. pose: of base_link at its end, in the map or by odometry. dt: [s] since the last.
         """
         way, line = foot(seen.line, seen.front)
         self.scans += 1
@@ -110,8 +110,8 @@ class Perception:
             self.reached[reach] += len(way) > 0 and way[-1] >= reach
         self._compare(seen, pose, dt > LONGEST_PAUSE)
         if self.truth is not None:
-            self._judge_line(seen, pose, way, line)
-            self._judge_labels(seen, pose)
+            self._evaluate_line(seen, pose, way, line)
+            self._evaluate_labels(seen, pose)
         self._before = (seen, pose)
 
     def _compare(self, seen: Detection, pose: Pose, paused: bool) -> None:
@@ -125,7 +125,7 @@ class Perception:
         if len(before.path) >= 2 and len(seen.path) >= 2:
             self.jumps.append(jump_of(to_world(seen.path, pose), to_world(before.path, pose_before)))
 
-    def _judge_line(self, seen: Detection, pose: Pose, way: FloatArray, line: FloatArray) -> None:
+    def _evaluate_line(self, seen: Detection, pose: Pose, way: FloatArray, line: FloatArray) -> None:
         assert self.truth is not None
         front = to_world(np.array([[seen.front, 0.0]]), pose)[0]
         station = self.truth.station(front[0], front[1], pose[2])
@@ -151,7 +151,7 @@ class Perception:
             width = np.where(index >= 0, planned - self.truth.width[index], np.nan)
         self.width_errors.append(width)
 
-    def _judge_labels(self, seen: Detection, pose: Pose) -> None:
+    def _evaluate_labels(self, seen: Detection, pose: Pose) -> None:
         assert self.truth is not None
         if len(seen.points) == 0:
             return
@@ -173,7 +173,7 @@ class Perception:
         self.wrong_labels.append(int((labelled & ~right).sum()))
 
     def to_dict(self) -> dict[str, Any]:
-        """The metrics; None where nothing could be measured. Shares are of all scans, lengths in meters."""
+        """The metrics; None if nothing could be measured. Shares are of all scans, lengths in meters."""
         jumps = np.array(self.jumps)[np.isfinite(self.jumps)]
         found: dict[str, Any] = {
             "scans": self.scans,

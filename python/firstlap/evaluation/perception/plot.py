@@ -1,4 +1,4 @@
-"""The picture of a recording held against its map."""
+"""Plots a recording on its map."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ AHEAD_SHOWN = 25
 
 
 def plot_against_map(found: MapComparison, path: str | Path) -> None:
-    """Writes walls seen by side and centerlines planned over the map's walls; bad scans' lines in red."""
+    """Writes a plot of perceived walls by side and planned centerlines on the map; lines of failures in red."""
     corners = np.vstack(found.track.walls)
     low, high = corners.min(axis=0) - 0.5, corners.max(axis=0) + 0.5
     height = float(np.clip(12.0 * (high[1] - low[1]) / (high[0] - low[0]), 3.5, 16.0)) + 1.8
@@ -66,11 +66,11 @@ def plot_against_map(found: MapComparison, path: str | Path) -> None:
         said += f", 2 m ahead {1000 * error['median']:.0f} mm off in the median, {1000 * error['p95']:.0f} mm at 95 %"
     figure.text(0.02, 1.0 - 0.65 / height, said, fontsize=11, color=INK, parse_math=False)
     shown = [
-        Line2D([], [], color="#c4ccd3", linewidth=5, label="the map's walls"),
-        Line2D([], [], color=LEFT, marker="o", linestyle="none", markersize=5, label="seen as left wall"),
-        Line2D([], [], color=RIGHT, marker="o", linestyle="none", markersize=5, label="seen as right wall"),
+        Line2D([], [], color="#c4ccd3", linewidth=5, label="walls of the map"),
+        Line2D([], [], color=LEFT, marker="o", linestyle="none", markersize=5, label="labeled left wall"),
+        Line2D([], [], color=RIGHT, marker="o", linestyle="none", markersize=5, label="labeled right wall"),
         Line2D([], [], color=LINE, linewidth=2, label="centerlines planned"),
-        Line2D([], [], color=BAD, linewidth=2, label="of bad scans"),
+        Line2D([], [], color=BAD, linewidth=2, label="of failures"),
     ]
     figure.legend(
         handles=shown, loc="upper right", ncols=5, frameon=False, fontsize=9, bbox_to_anchor=(0.99, 1.0 - 0.75 / height)

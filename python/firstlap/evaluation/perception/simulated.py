@@ -1,4 +1,4 @@
-"""Perception on simulated scans: a car races, and every scan is measured against the walls that made it."""
+"""Evaluates perception in a simulated race against the true walls in every scan."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ def measure(
     look: Callable[[_core.Race], object] | None = None,
     each: Callable[[Detection, tuple[float, float, float], Perception], object] | None = None,
 ) -> tuple[Perception, str]:
-    """Races `track` in its direction and measures every scan on the way; also how the race ended.
+    """Races `track` in its direction and evaluates every scan; also returns the outcome of the race.
 
-    look: called about once a simulated second; an exception from it ends the race. each: called after every scan.
+    look: called about once per simulated second; an exception from it ends the race. each: called after every scan.
     Raises InputError.
     """
     racer = Racer(setup, car)

@@ -1,4 +1,4 @@
-"""Perception over many tracks, in both directions: each measured by itself, never pooled."""
+"""Evaluates perception on many tracks, each separately."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ def survey_perception(
     laps: int = 1,
     done: Callable[[Run, dict[str, Any]], object] | None = None,
 ) -> list[dict[str, Any]]:
-    """Races every run on all cores and measures its scans; a row per run, in their order.
+    """Races every run on all cores and evaluates its scans; returns a row per run, in order.
 
-    done: called in this thread after each. Interrupted: the rows of what was finished are those that `done` was given.
+    done: called in this thread with the row of each finished run, also before an interruption.
     """
     stop = threading.Event()
 

@@ -1,7 +1,7 @@
-"""How steady perception and plan are from scan to scan, the car's own motion removed.
+"""Continuity of perception and path from scan to scan, with the car's motion removed.
 
-- Jump: distance of this scan's path, 1.5 m ahead of the front axle, from the path of the scan before.
-- Change of side: a wall point that this scan sees had the other label, left or right, in the scan before.
+- Jump: distance of this scan's path, 1.5 m ahead of the front axle, from the path of the previous scan.
+- Change of side: a wall point visible in this scan had the other label, left or right, in the previous scan.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ Floats = npt.NDArray[np.float64]
 
 JUMP_AHEAD, BIG_JUMP = 1.5, 0.15
 SAME_POINT = 0.15
-"""[m] Wall points of two scans that are this near to each other are the same: what the walls are sampled by."""
+"""[m] Wall points of two scans within this distance are the same: the sampling distance of walls."""
 
 
 class Continuity:
-    """Feed it scan by scan. Points (M, 2) in base_link, meters."""
+    """Compares consecutive scans. Points (M, 2) in base_link [m]."""
 
     def __init__(self) -> None:
         self._path: Floats | None = None
@@ -31,8 +31,8 @@ class Continuity:
     def add(self, path: Floats, left: Floats, right: Floats, state: Floats, dt: float) -> tuple[float, bool]:
         """(jump [m] or NaN, whether a wall point changed its side).
 
-        path: from the front axle on, empty where none was planned; left, right: what the scan saw of the walls;
-        state: speed and yaw rate; dt: [s] since the scan before.
+        path: from the front axle on, empty if none was planned; left, right: visible wall points;
+        state: speed and yaw rate; dt: [s] since the previous scan.
         """
         if dt > LONGEST_PAUSE:
             self._path = self._walls = None
@@ -51,7 +51,7 @@ class Continuity:
         return jump, changed
 
     def _moved(self, points: Floats, state: Floats, dt: float) -> Floats:
-        """The points in today's base_link, by dead reckoning."""
+        """The points in the current base_link, by dead reckoning."""
         speed, turn = 0.5 * (self._state[0] + state[0]), 0.5 * (self._state[1] + state[1]) * dt
         c, s = math.cos(turn), math.sin(turn)
         moved = points - (speed * dt * math.cos(0.5 * turn), speed * dt * math.sin(0.5 * turn))
@@ -59,7 +59,7 @@ class Continuity:
 
 
 def jump_of(path: Floats, before: Floats) -> float:
-    """Distance [m] of the point 1.5 m along `path` from `before`, both (M, 2); NaN where the path is shorter."""
+    """Distance [m] of the point 1.5 m along `path` from `before`, both (M, 2); NaN if the path is shorter."""
     way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
     if way[-1] < JUMP_AHEAD:
         return math.nan
@@ -70,7 +70,7 @@ def jump_of(path: Floats, before: Floats) -> float:
 
 
 def is_touched(points: Floats, others: Floats, same: Floats) -> bool:
-    """Whether one of `points` is the same as one of `others`, and nearer to it than to any of `same`."""
+    """Whether one of `points` matches one of `others` and is nearer to it than to any of `same`."""
     if not len(points) or not len(others):
         return False
     to_others = _distances(points, others)

@@ -1,4 +1,4 @@
-"""The picture of a replay: commands, width, statuses and jumps over time, and the way driven where it is known."""
+"""Plots a replay: commands, width, statuses and jumps over time, and the driven path if known."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ WIDTH, LEFT_EDGE, WIDE, NARROW = 16.0, 0.06, 0.92, 0.62
 
 
 def plot_replay(replay: Replay, path: str | Path) -> None:
-    """Writes the picture. Raises InputError."""
+    """Writes the plot. Raises InputError."""
     rows = 6 if replay.against is not None else 4
     height = 1.9 + 1.75 * rows
     figure = new_figure(WIDTH, height)
@@ -50,7 +50,7 @@ def plot_replay(replay: Replay, path: str | Path) -> None:
     _draw_width(panels[-2], replay)
     _draw_jump(panels[-1], replay)
     if poses is not None:
-        _draw_way(figure, replay, height)
+        _draw_path(figure, replay, height)
     save(figure, path)
 
 
@@ -67,7 +67,7 @@ def _dress(axes: Axes, times: Floats, last: bool) -> None:
 
 
 def _broken(times: Floats, values: Floats) -> tuple[Floats, Floats]:
-    """The line with a break where the recording pauses."""
+    """The line with breaks at gaps of the recording."""
     after = np.flatnonzero(np.diff(times) > LONGEST_PAUSE) + 1
     return np.insert(times, after, times[after - 1]), np.insert(values, after, np.nan)
 
@@ -99,7 +99,7 @@ def _draw_commands(speeds: Axes, angles: Axes, replay: Replay) -> None:
     recording, driven, other = replay.recording, replay.driven, replay.against
     times = recording.stamps
     _title(speeds, "commanded speed [m/s]")
-    _title(angles, "commanded wheel angle, left positive [°]")
+    _title(angles, "commanded steering angle, left positive [°]")
     commands = recording.commands
     if commands is not None:
         recorded: dict[str, Any] = {"color": RECORDED, "linewidth": 2.2, "label": "recorded"}
@@ -123,7 +123,11 @@ def _draw_difference(speeds: Axes, angles: Axes, driven: ReplayResult, other: Re
     names = f"{driven.setup.name} minus {other.setup.name}"
     rows = (
         (speeds, driven.speed - other.speed, f"difference of speed, {names} [m/s]"),
-        (angles, np.degrees(driven.steering_angle - other.steering_angle), f"difference of wheel angle, {names} [°]"),
+        (
+            angles,
+            np.degrees(driven.steering_angle - other.steering_angle),
+            f"difference of steering angle, {names} [°]",
+        ),
     )
     for axes, values, title in rows:
         _title(axes, title)
@@ -136,11 +140,11 @@ def _draw_difference(speeds: Axes, angles: Axes, driven: ReplayResult, other: Re
 def _draw_width(axes: Axes, replay: Replay) -> None:
     driven, times = replay.driven, replay.recording.stamps
     if not len(driven.width):
-        _title(axes, f"status; the driver {driven.setup.driver} does not tell what it sees")
+        _title(axes, f"status; driver {driven.setup.driver} reports no perception")
         _ribbon(axes, times, driven.status, list(STATUS_COLORS.values()), (0.0, 1.0))
         axes.set_yticks([])
         return
-    _title(axes, "track width [m]; above: status, below: walls seen")
+    _title(axes, "track width [m]; above: status, below: visible walls")
     axes.plot(times, driven.width_seen, ".", color=LEFT, markersize=2.5, label="seen")
     axes.plot(*_broken(times, driven.width), color=INK, linewidth=1.2, label="remembered")
     top = 1.3 * max(float(np.nanmax(np.append(driven.width_seen, driven.width.max()))), 1.0)
@@ -174,7 +178,7 @@ def _draw_jump(axes: Axes, replay: Replay) -> None:
     axes.set_ylim(0.0, top)
 
 
-def _draw_way(figure: Figure, replay: Replay, height: float) -> None:
+def _draw_path(figure: Figure, replay: Replay, height: float) -> None:
     recording, driven = replay.recording, replay.driven
     axes = figure.add_axes((0.71, 0.75 / height, 0.27, 1.0 - 2.1 / height))
     bare(axes)
@@ -191,7 +195,7 @@ def _draw_way(figure: Figure, replay: Replay, height: float) -> None:
     axes.plot(x[big], y[big], "o", markerfacecolor="none", markeredgecolor=INK, markersize=5, label="path jumps")
     _title(
         axes,
-        f"the way driven ({recording.frame or 'no frame'}), colored by planned speed\n"
+        f"driven path ({recording.frame or 'no frame'}), colored by planned speed\n"
         f"{driven.speed.min():.1f} to {driven.speed.max():.1f} m/s",
     )
     axes.legend(loc="lower left", frameon=False, fontsize=9.5, labelcolor=INK)

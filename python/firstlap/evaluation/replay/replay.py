@@ -1,6 +1,6 @@
-"""A recording driven through by the planner: what would it have done with these scans?
+"""Runs a driver on a recording: what would it have commanded?
 
-The car does not answer: each scan stands where the recorded car brought it.
+The replay is open-loop: the recorded car determines the scans.
 """
 
 from __future__ import annotations
@@ -39,11 +39,11 @@ REACHES = (1.0, 2.0, 3.0)
 
 @dataclass(frozen=True)
 class ReplayResult:
-    """What one setup made of the recording: a column each, one entry per scan. SI units.
+    """The results of one setup on the recording: columns with one entry per scan. SI units.
 
     speed, steering_angle: commanded. status: index into STATUSES. microseconds: of the step. ahead: [m] of path before
-    the front axle. width: remembered track width. width_seen: median where both walls are seen, NaN elsewhere.
-    left, right: whether that wall is seen in this scan. jump: [m], NaN where there is nothing to compare.
+    the front axle. width: remembered track width. width_seen: median where both walls are visible, NaN elsewhere.
+    left, right: whether that wall is visible in this scan. jump: [m], NaN if it is undefined.
     changed: whether the side changed (see firstlap.evaluation.replay.continuity). From `ahead` on empty for drivers
     other than local.
     """
@@ -62,7 +62,7 @@ class ReplayResult:
     changed: npt.NDArray[np.bool_]
 
     def to_dict(self) -> dict[str, Any]:
-        """Summary of the drive. Lengths in meters, shares of all scans; None where nothing could be measured."""
+        """Summary. Lengths in meters, shares of all scans; None if nothing could be measured."""
         names = [STATUSES[i] for i in self.status]
         planned = np.isin(self.status, PLANNED)[: len(self.ahead)]
         jumps = self.jump[np.isfinite(self.jump)]
@@ -86,7 +86,7 @@ class ReplayResult:
 
 @dataclass(frozen=True)
 class Replay:
-    """A recording and what one setup, or two, made of it."""
+    """A recording and the results of one or two setups."""
 
     recording: Recording
     car: Car
@@ -98,7 +98,7 @@ class Replay:
     reading: float = 0.0
 
     def to_dict(self) -> dict[str, Any]:
-        """As `firstlap replay --json` prints it."""
+        """As in `firstlap replay --json`."""
         recording, driven = self.recording, self.driven
         found: dict[str, Any] = {
             "version": __version__,
@@ -121,7 +121,7 @@ class Replay:
 
     @property
     def rate(self) -> float:
-        """Scans a second, reading included."""
+        """Scans per second, including reading."""
         setups = 1 if self.against is None else 2
         return round(setups * len(self.recording) / max(self.seconds + self.reading, 1e-9), 1)
 
@@ -132,7 +132,7 @@ class Replay:
         return {"topic": commands.topic, **difference(self.driven, commands.speed, commands.steering_angle)}
 
     def plot(self, path: str | Path) -> None:
-        """Writes a picture of it over time. Raises InputError."""
+        """Writes a plot over time. Raises InputError."""
         from firstlap.evaluation.replay.plot import plot_replay
 
         plot_replay(self, path)
@@ -148,10 +148,10 @@ def replay(
     look: Callable[[int], object] | None = None,
     record: str | Path | None = None,
 ) -> Replay:
-    """Drives `setup`, and `against`, through the recording.
+    """Runs `setup`, and `against`, on the recording.
 
-    mask_body: mask returns of the car itself where the setup's own mask leaves them, unless the setup sets its mask.
-    look: called with the scans done, of both setups. record: an .mcap file for a log of what `setup` did. Raises
+    mask_body: mask returns from the car itself that the default mask misses, unless the setup sets its mask.
+    look: called with the number of scans done, of both setups. record: an .mcap file for a log of `setup`. Raises
     InputError.
     """
     begin = time.perf_counter()
@@ -175,9 +175,9 @@ def replay(
 
 
 def prepared(recording: Recording, setup: Setup, mask_body: bool) -> tuple[Setup, BodyMask | None, tuple[str, ...]]:
-    """The setup with what the recording says of its car, the mask of the car's body, and what was done in words.
+    """The setup with the recording's LiDAR mounting and the mask of the car's body, and remarks on the changes.
 
-    What a person, the setup's file or a log of ours says itself stays.
+    Values set by the user, the setup's file or our own log are kept.
     """
     if recording.about is not None or setup.driver != LOCAL:
         return setup, None, ()
@@ -186,11 +186,11 @@ def prepared(recording: Recording, setup: Setup, mask_body: bool) -> tuple[Setup
     if body is None:
         return setup, None, ()
     setup = setup.with_given({("scan", "mask_angle"): body.mask_angle, ("scan", "mask_range"): body.mask_range})
-    return setup, body, (f"{body.beams} beams see the car itself: masked by {body.assignments}",)
+    return setup, body, (f"{body.beams} beams hit the car itself: masked by {body.assignments}",)
 
 
 def driver_for(setup: Setup, car: Car) -> Handle:
-    """The driver of the setup. Raises InputError where it needs a map, which a recording has not."""
+    """The driver of the setup. Raises InputError if it needs a map, which a recording does not have."""
     kind = driver_kind(setup.driver)
     if kind.needs_map:
         raise InputError(f"driver {kind.name}: needs a map of the track before it drives; a recording has none")
@@ -198,7 +198,7 @@ def driver_for(setup: Setup, car: Car) -> Handle:
 
 
 def batches(recording: Recording, driver: _core.Driver) -> Iterator[tuple[slice, dict[str, Any]]]:
-    """Steps through the recording; yields the scans done and their columns."""
+    """Steps through the recording; yields the number of scans done and their columns."""
     for first in range(0, len(recording), SCANS_PER_CALL):
         part = slice(first, min(first + SCANS_PER_CALL, len(recording)))
         scans = recording.ranges[part]
@@ -273,7 +273,7 @@ def difference(driven: ReplayResult, speed: Floats, steering_angle: Floats) -> d
 
 
 def spread(values: Floats, *percents: int) -> dict[str, float | None]:
-    """{"p5": ..., "median": ...} of what is finite."""
+    """{"p5": ..., "median": ...} of the finite values."""
     good = values[np.isfinite(values)]
     found = np.percentile(good, percents) if len(good) else [None] * len(percents)
     names = ["median" if percent == 50 else f"p{percent}" for percent in percents]
@@ -281,5 +281,5 @@ def spread(values: Floats, *percents: int) -> dict[str, float | None]:
 
 
 def share(flags: npt.NDArray[np.bool_]) -> float | None:
-    """Share of true ones."""
+    """Share of true values."""
     return round(float(np.mean(flags)), 5) if len(flags) else None

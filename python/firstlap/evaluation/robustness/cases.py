@@ -1,4 +1,4 @@
-"""How much may go wrong before the car touches something: races against one disturbance at a time."""
+"""Robustness: races with one disturbance at a time."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ PIPE_LENGTH = 1.5  # [m] of the pipes between the joints of the sweep pipe_joint
 GRAVITY = 9.81
 RUN_UP = 15.0  # [m] driven before the sudden obstacle
 RUN_OUT = 4.0  # [m] driven after it
-STANDING = 1.5  # [s] of standing before it count as stopped
-BESIDE = (-0.3, 0.0, 0.3)  # [m] the obstacle's middle left of the line that the car drives without it
+STANDING = 1.5  # [s] standing still this long before it counts as stopped
+BESIDE = (-0.3, 0.0, 0.3)  # [m] lateral offset of the obstacle's center from the line that the car drives without it
 UNJUDGED = ("impossible", "before")
 WAYS = ("race.obstacle_sight", "race.obstacle_at", "race.obstacle_offset")
 
@@ -83,14 +83,14 @@ SWEEPS = (
           ("vehicle.steering_trim",), math.pi / 180.0),
     Sweep("steering_gain", "steering gain", "%", (100, 60, 70, 80, 90, 110, 120, 130, 140),
           "field", ("vehicle.steering_gain",), 0.01),
-    Sweep("obstacle", "sudden obstacle, seen from this many stopping distances", "", (1, 1.5, 2, 3, 5), "box", WAYS),
+    Sweep("obstacle", "sudden obstacle, visible from this many stopping distances", "", (1, 1.5, 2, 3, 5), "box", WAYS),
 )  # fmt: skip
 BY_NAME = {sweep.name: sweep for sweep in SWEEPS}
 
 
 @dataclass(frozen=True)
 class Box:
-    """Where a sudden obstacle stands and when it appears: meters along and left of the centerline."""
+    """Position of a sudden obstacle and of its appearance: meters along and left of the centerline."""
 
     s: float
     offset: float
@@ -112,9 +112,10 @@ class Case:
 
 @dataclass(frozen=True)
 class Drive:
-    """What a case came to. verdict: finished, passed, stopped, contact (with `what`: wall or obstacle), or the outcome.
+    """The result of a case. verdict: finished, passed, stopped, contact (with `what`: wall or obstacle), or the
+    outcome.
 
-    clearance [m]: to the obstacle, where there was one.
+    clearance [m]: to the obstacle, if there was one.
     """
 
     case: Case
@@ -127,17 +128,17 @@ class Drive:
 
     @property
     def contact_free(self) -> bool:
-        """Nothing was touched."""
+        """Whether there was no contact."""
         return self.verdict != "contact"
 
     @property
     def finished(self) -> bool:
-        """All laps were driven, or the obstacle was passed or stopped for."""
+        """Whether all laps were driven, or the car passed the obstacle or stopped for it."""
         return self.verdict in ("finished", "passed", "stopped")
 
 
 def chosen_sweeps(names: Sequence[str] | None) -> list[Sweep]:
-    """The sweeps of these names, all for none. Raises InputError."""
+    """The sweeps of these names; all for None. Raises InputError."""
     for name in names or ():
         if name not in BY_NAME:
             raise InputError(f"--sweep {name[:60]}: no such sweep; expected {', '.join(BY_NAME)}")
@@ -145,10 +146,10 @@ def chosen_sweeps(names: Sequence[str] | None) -> list[Sweep]:
 
 
 def stopping_distance(car: Car, speed: float, lateral: float) -> float:
-    """Shortest way [m] in which a car at `speed` [m/s] that pulls `lateral` [m/s^2] sideways can stop for what appears.
+    """Shortest distance [m] in which a car at `speed` [m/s] and lateral acceleration `lateral` [m/s^2] can stop.
 
-    Two scan periods until a whole scan shows it, the speed command's delay, full braking with the grip that the bend
-    leaves, the rear axle unloaded, the tail of the speed loop, and 5 cm. No driver can be asked to stop in less.
+    Two scan periods until a complete scan shows the obstacle, the delay of the speed command, full braking with the
+    grip left by cornering and with load transfer, the settling of the speed loop, and 5 cm.
     """
     values = car.core.values()
     vehicle, rate = values["vehicle"], values["lidar"]["rate"]
@@ -166,7 +167,7 @@ def stopping_distance(car: Car, speed: float, lateral: float) -> float:
 def boxes(reference: RaceResult, car: Car, count: int, value: float) -> Iterator[Box]:
     """Obstacles on the line of the last lap of `reference`, at `count` places and `BESIDE` it.
 
-    They appear when the car's nose is `value` times the stopping distance before them, or the whole run-up.
+    They appear when the car's front is `value` times the stopping distance before them, at most the run-up.
     """
     path, track = reference.path, reference.track
     last = path["time"] >= reference.time - reference.laps[-1].time
@@ -177,7 +178,7 @@ def boxes(reference: RaceResult, car: Car, count: int, value: float) -> Iterator
         return float(np.interp(where % track.length, s, values, period=track.length))
 
     def needed(where: float) -> float:
-        """The longest stopping distance over the meter before the car's nose, which way it took."""
+        """The longest stopping distance within one meter of the car's front, since the actual path is unknown."""
         near = np.arange(where - 1.4, where, 0.1)
         return max(stopping_distance(car, at(speed, x), abs(at(speed * rate, x))) for x in near)
 
@@ -194,12 +195,12 @@ def boxes(reference: RaceResult, car: Car, count: int, value: float) -> Iterator
 
 
 class InterruptedRacesError(Exception):
-    """The races were stopped from outside."""
+    """The races were interrupted."""
 
 
 @dataclass
 class Robustness:
-    """Races with one setup against the sweeps' disturbances, on all cores. options: conditions of every race."""
+    """Races of one setup with the disturbances of the sweeps, on all cores. options: conditions of every race."""
 
     setup: Setup
     car: Car
@@ -211,13 +212,13 @@ class Robustness:
 
     @property
     def true_car(self) -> Car:
-        """The car as the conditions make it."""
+        """The car with the conditions applied."""
         return under_conditions(self.car, self.options)
 
     def cases(
         self, sweeps: Iterable[Sweep], tracks: dict[str, Track], seeds: int, both: bool, places: int
     ) -> Iterator[Case]:
-        """All races to drive, without driving any but the obstacle's reference laps. Raises InputError."""
+        """All cases; only the reference laps of obstacles are driven here. Raises InputError."""
         for sweep in sweeps:
             for spec, track in tracks.items():
                 for reverse in (False, True) if both else (False,):
@@ -235,7 +236,9 @@ class Robustness:
     ) -> Iterator[Case]:
         reference = race(track, self.setup, self.car, laps=2, reverse=reverse, options=self.options)
         if not reference.finished:
-            self.notes.append(f"{spec}, {reference.direction}: no obstacles, it ends in {reference.outcome} without")
+            self.notes.append(
+                f"{spec}, {reference.direction}: no obstacles, the race without them ends in {reference.outcome}"
+            )
             return
         for value in sweep.values:
             for box in boxes(reference, self.true_car, places, value):
@@ -243,7 +246,7 @@ class Robustness:
                     yield Case(sweep, value, spec, track, reverse, seed, box)
 
     def drive(self, cases: Iterable[Case], done: Callable[[Drive], object] | None = None) -> None:
-        """Drives all cases; `done` is called in this thread after each. Interrupted: what was finished stands."""
+        """Runs all cases; `done` is called in this thread after each. If interrupted, finished cases are kept."""
         pool = ThreadPoolExecutor(max_workers=os.cpu_count())
         try:
             for future in as_completed([pool.submit(self.race, case) for case in cases]):
@@ -255,7 +258,7 @@ class Robustness:
             pool.shutdown(wait=True, cancel_futures=True)
 
     def race(self, case: Case) -> Drive:
-        """One case."""
+        """Runs one case."""
         if case.box:
             return self._race_to_box(case, case.box)
         result = race(
@@ -278,7 +281,7 @@ class Robustness:
         )
 
     def _race_to_box(self, case: Case, box: Box) -> Drive:
-        """From a run-up before the box to a little behind it, or to a stop before it."""
+        """Drives from a run-up before the box to a point behind it, or to a stop before it."""
         track = case.track.reversed() if case.reverse else case.track
         options = {
             **self.options,
@@ -317,7 +320,7 @@ class Robustness:
             raise InterruptedRacesError
 
     def to_dict(self) -> dict[str, Any]:
-        """As `firstlap robustness --json` prints it: per sweep and value the rates and laps, per track and together."""
+        """As in `firstlap robustness --json`: rates and laps per sweep and value, per track and for all tracks."""
         sweeps = [sweep for sweep in SWEEPS if any(drive.case.sweep is sweep for drive in self.drives)]
         return {
             "setup": self.setup.name,
@@ -351,7 +354,7 @@ def _order(drive: Drive) -> tuple[Any, ...]:
 def _point(drives: list[Drive], sweep: Sweep, value: float) -> dict[str, Any]:
     """Rates at one value; `lap_ratio` is the median over tracks of the median lap over that at the first value.
 
-    Obstacles that no driver could stop for (see `stopping_distance`) or that the car never came to are in no rate.
+    Obstacles that no driver could stop for (see `stopping_distance`) or that the car did not reach are excluded.
     """
     driven = [drive for drive in drives if drive.case.value == value]
     own = [drive for drive in driven if drive.verdict not in UNJUDGED]
@@ -377,7 +380,7 @@ def _point(drives: list[Drive], sweep: Sweep, value: float) -> dict[str, Any]:
 
 
 def _median_laps(drives: list[Drive], value: float) -> dict[str, float]:
-    """Median lap [s] by track, where any race finished."""
+    """Median lap [s] by track, if any race finished."""
     laps: dict[str, list[float]] = {}
     for drive in drives:
         if drive.case.value == value:

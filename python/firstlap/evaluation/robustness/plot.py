@@ -1,4 +1,4 @@
-"""The picture of robustness curves."""
+"""Plots robustness curves."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ GOOD = "#2e7d32"
 
 
 def plot_robustness(found: dict[str, Any], path: str | Path) -> None:
-    """Writes one panel per sweep: rates above, laps below. `found` is as of --json. Raises InputError."""
+    """Writes one panel per sweep: rates above, laps below. found: as in --json. Raises InputError."""
     sweeps = found["sweeps"]
     columns = min(COLUMNS, len(sweeps))
     rows = math.ceil(len(sweeps) / columns)
@@ -45,7 +45,7 @@ def plot_robustness(found: dict[str, Any], path: str | Path) -> None:
 
 
 def _in_order(sweep: dict[str, Any]) -> dict[str, Any]:
-    """The sweep with its values along the axis: one that begins in the middle is sorted."""
+    """The sweep with its values sorted for the axis."""
     values = [point["value"] for point in sweep["points"]]
     if values in (sorted(values), sorted(values, reverse=True)):
         return sweep

@@ -1,1 +1,1 @@
-"""The optimal line on a known map, offline."""
+"""The optimal racing line on a known map, computed offline."""

@@ -1,4 +1,4 @@
-"""How far the car may be shifted sideways between the walls, and how near its rectangle comes to them."""
+"""Lateral clearance of the car between the walls, and the distance of its rectangle from them."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ BINS = 6
 
 
 class Corridor:
-    """The solid walls of a track as one car sees them.
+    """The solid walls of a track for one car.
 
-    The room beside a pose is how far the whole car can move along its own lateral axis before its flank meets a
-    wall: no normals of a reference line, which could cross, are involved.
+    The lateral clearance of a pose is how far the whole car can move along its lateral axis until its side touches a
+    wall. It does not use normals of a reference line, which could cross.
     """
 
     def __init__(self, track: Track, car: Car) -> None:
@@ -34,14 +34,14 @@ class Corridor:
         self._tree = cKDTree(self.grains)
 
     def bins(self, margin: float) -> FloatArray:
-        """(BINS,) x in base_link [m] of the middle of each part of the car's flank, margins included."""
+        """(BINS,) x in base_link [m] of the center of each part of the car's side, including margins."""
         low, high = self.rear - margin, self.front + margin
         return low + (np.arange(BINS) + 0.5) * (high - low) / BINS
 
     def rooms(self, poses: FloatArray, margin: float) -> tuple[FloatArray, FloatArray]:
-        """(left, right), each (N, BINS) [m]: room beside each part of the flank at poses (N, 3) x, y, yaw.
+        """(left, right), each (N, BINS) [m]: lateral clearance of each part of the side at poses (N, 3) x, y, yaw.
 
-        The margin is taken off; negative where a wall is nearer than that. Capped where walls are far.
+        The margin is subtracted, so it is negative if a wall is closer. Limited if walls are far away.
         """
         low, high = self.rear - margin, self.front + margin
         reach = float(np.hypot(max(-low, high), SIGHT))

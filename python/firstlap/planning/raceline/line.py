@@ -1,4 +1,4 @@
-"""The racing line of a track for a car: shape, speeds, and how near it brings the car to the walls."""
+"""The racing line of a track for a car: shape, speeds, and clearance to the walls."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from firstlap.planning.raceline.velocity import profile
 from firstlap.tracks.track import FloatArray, Track
 
 TOLERANCE = 0.01
-"""[m] of the margin that counts as kept."""
+"""[m] Tolerance of the margin."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,9 +49,9 @@ class RaceLine:
 def make_line(
     track: Track, car: Car, params: LineParams | None = None, tell: Callable[[str, float], None] | None = None
 ) -> RaceLine:
-    """The line of least lap time for a car between the walls of a track.
+    """The minimum-time line of a car between the walls of a track.
 
-    tell: called with what is being done and the share of it done. Raises InputError where the car cannot pass.
+    tell: called with the current activity and its progress. Raises InputError if the car cannot pass.
     """
     params = params or LineParams()
     say = tell or (lambda _what, _share: None)
@@ -66,7 +66,7 @@ def make_line(
 
 
 def _from_start(points: FloatArray, track: Track, spacing: float) -> Path:
-    """The path with its first point beside the track's start."""
+    """The path with its first point at the track's start."""
     spline, length = closed_spline(points)
     fine = np.linspace(0.0, length, 20 * len(points), endpoint=False)
     begin = fine[int(np.argmin(np.hypot(*(spline(fine) - track.centerline[0]).T)))]
@@ -74,7 +74,7 @@ def _from_start(points: FloatArray, track: Track, spacing: float) -> Path:
 
 
 def _judged(line: RaceLine, corridor: Corridor, params: LineParams, sharpest: float) -> list[str]:
-    """Remarks on a line that is tight. Raises InputError where the car touches a wall on it."""
+    """Remarks on a tight line. Raises InputError if the car touches a wall on it."""
     check_clear(line, corridor, line.source)
     clearance = corridor.clearance(line.path.poses)
     notes = []
@@ -84,12 +84,12 @@ def _judged(line: RaceLine, corridor: Corridor, params: LineParams, sharpest: fl
     bend = np.abs(line.path.curvature)
     if bend.max() > 1.02 * sharpest:
         where = line.path.stations[int(np.argmax(bend))]
-        notes.append(f"the bend at s = {where:.1f} m asks for more steering than was set aside for the line")
+        notes.append(f"the corner at s = {where:.1f} m requires more steering than steering_use allows")
     return notes
 
 
 def check_clear(line: RaceLine, corridor: Corridor, where: str) -> None:
-    """Raises InputError with the s of the first touch where the car's rectangle on the line meets a wall."""
+    """Raises InputError with the s of the first contact if the car's rectangle on the line touches a wall."""
     touching = np.flatnonzero(corridor.clearance(line.path.poses) <= 0.0)
     if len(touching):
         s = line.path.stations[touching[0]]

@@ -1,8 +1,7 @@
-"""Lines as files: the columns of f1tenth_racetracks' raceline files.
+"""Reads and writes lines in the format of f1tenth_racetracks' raceline files.
 
 Three comment lines, then s_m; x_m; y_m; psi_rad; kappa_radpm; vx_mps; ax_mps2, the first point repeated at the end.
-psi is 0 along +y there (heading minus pi/2, as TUM's tools have it); a reader does better to take the heading from
-x, y, and ours does.
+psi is 0 along +y there (heading minus pi/2, as in TUM's tools); our reader computes the heading from x, y.
 """
 
 from __future__ import annotations
@@ -26,7 +25,7 @@ FEWEST = 16
 
 
 def write_line(line: RaceLine, path: str | FilePath) -> None:
-    """Writes the file whole or not at all. Raises InputError."""
+    """Writes the file atomically. Raises InputError."""
     last = [line.length, *line.path.points[0], line.path.heading[0], line.path.curvature[0], line.speed[0]]
     rows = np.column_stack([line.path.stations, line.path.poses, line.path.curvature, line.speed, line.acceleration])
     rows = np.vstack([rows, [*last, line.acceleration[0]]])
@@ -39,7 +38,7 @@ def write_line(line: RaceLine, path: str | FilePath) -> None:
 
 
 def read_line(path: str | FilePath) -> RaceLine:
-    """The line in a file. Raises InputError: what is wrong, and in which row."""
+    """The line in a file. Raises InputError with the row and the fault."""
     path = FilePath(path)
     rows = _rows(read_text(path, "a raceline CSV file"), str(path))
     points, speed = rows[:, 1:3], rows[:, 5]
@@ -52,7 +51,7 @@ def read_line(path: str | FilePath) -> RaceLine:
 
 
 def load_line(path: str | FilePath, track: Track, car: Car) -> RaceLine:
-    """The line in a file, for driving on a track: the car must be clear of its walls. Raises InputError."""
+    """The line in a file, for a car on a track. Raises InputError, also if the car touches a wall on it."""
     line = read_line(path)
     check_clear(line, Corridor(track, car), str(path))
     return line
@@ -66,7 +65,7 @@ def _rows(text: str, where: str) -> FloatArray:
         try:
             values = [float(value) for value in content.split(";")]
         except ValueError:
-            raise InputError(f"{where}: line {number} is not numbers with ';' between: {content[:40]!r}") from None
+            raise InputError(f"{where}: line {number} is not numbers separated by ';': {content[:40]!r}") from None
         if len(values) != 7:
             raise InputError(f"{where}: line {number} has {len(values)} columns; expected 7: {COLUMNS}")
         if not np.isfinite(values).all():

@@ -1,4 +1,4 @@
-"""The line of least squared curvature: a quadratic program per step, about the last step's line.
+"""The minimum-curvature line: a sequence of quadratic programs, each linearized about the last line.
 
 Heilmeier et al., "Minimum curvature trajectory planning and control for an autonomous race car", Vehicle System
 Dynamics 58(10), 2020, with the last line as the next reference instead of one fixed reference line.
@@ -25,9 +25,9 @@ CALM = 1e-3
 def minimum_curvature(
     points: FloatArray, corridor: Corridor, limits: Limits, params: LineParams, tell: Callable[[float], None]
 ) -> FloatArray:
-    """Points (N, 2) of the line of least curvature between the walls, from a closed first guess (M, 2).
+    """Points (N, 2) of the minimum-curvature line between the walls, from a closed initial guess (M, 2).
 
-    tell: called with the share done after each step.
+    tell: called with the progress after each step.
     """
     shape = shape_of(points, corridor, limits, params)
     trust = FIRST_TRUST
@@ -53,7 +53,7 @@ def _cost(shape: Shape) -> float:
 
 
 def _step(shape: Shape, trust: float) -> FloatArray | None:
-    """The shift (N,) [m] that minimises the linearised curvature."""
+    """The shift (N,) [m] that minimizes the linearized curvature."""
     count = len(shape.path.points)
     program = Program(count, ("shift", "short", "sharp"))
     constrain(program, shape, trust)

@@ -1,6 +1,6 @@
-"""The line of least lap time: a sequence of quadratic programs in sideways shift and squared speed.
+"""The minimum-time line: a sequence of quadratic programs in lateral shift and squared speed.
 
-Unknowns are a shift and b = v^2 per point. The lap time is convex in b; acceleration and b k are linearised about
+Unknowns are a shift and b = v^2 per point. The lap time is convex in b; acceleration and b k are linearized about
 the last line with its exact profile, the friction ellipse is replaced by tangents near where the car is on it. A
 step is taken only if the lap time of the shifted line's exact profile falls; otherwise the next step is shorter.
 """
@@ -25,21 +25,22 @@ FIRST_TRUST, ENOUGH = 0.5, 0.01
 """A step may change lateral acceleration by this share of the grip, v^2 by half this share, and at full trust move a
 point by FARTHEST [m]: the product of the two changes, which the program does not see, stays small everywhere."""
 CALM, CALM_STEPS = 3e-5, 3
-"""So many steps in a row that gain less than this share of the lap end the search."""
+"""This many consecutive steps that gain less than this share of the lap end the search."""
 COARSE = (3.0, 1.0)
-"""Spacings of the search, in turn, as multiples of the wanted one."""
+"""Spacings of the search, in order, as multiples of the final one."""
 TANGENTS = (-0.3, 0.0, 0.3)
 RING = tuple(np.pi * (i + 0.5) / 4.0 for i in range(8))
-"""[rad] where tangents replace the ellipse: near where the car is on it, and all round, for a bend may turn over."""
+"""[rad] Angles of the tangents of the ellipse: near the current point, and all around, since a corner may change
+side."""
 SLOWEST, SLOWEST_JERK = 0.3, 2.0
 
 
 def minimum_time(
     points: FloatArray, corridor: Corridor, limits: Limits, params: LineParams, tell: Callable[[float], None]
 ) -> FloatArray:
-    """Points (N, 2) of the line of least lap time, from a closed first guess (M, 2) that is nearly allowed.
+    """Points (N, 2) of the minimum-time line, from a closed, nearly feasible initial guess (M, 2).
 
-    tell: called with the share done after each step.
+    tell: called with the progress after each step.
     """
     for stage, factor in enumerate(COARSE):
 
@@ -81,7 +82,7 @@ def _cost(shape: Shape, speeds: Profile, smoothness: float) -> float:
 
 
 def _jerk_weight(speeds: Profile) -> FloatArray:
-    """What makes a squared change of curvature along the line, integrated, a squared lateral jerk over time."""
+    """The weight that converts an integrated squared change of curvature to squared lateral jerk over time."""
     return np.asarray(np.maximum(0.5 * (speeds.speed + np.roll(speeds.speed, -1)), SLOWEST_JERK) ** 5)
 
 
@@ -114,7 +115,7 @@ def _step(shape: Shape, speeds: Profile, trust: float, smoothness: float) -> Flo
 
 
 def _ahead(count: int) -> sparse.csr_matrix:
-    """Takes each point's successor round the lap."""
+    """The matrix that selects each point's successor on the lap."""
     here = np.arange(count)
     return sparse.csr_matrix((np.ones(count), (here, (here + 1) % count)), shape=(count, count))
 

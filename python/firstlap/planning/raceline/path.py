@@ -1,4 +1,4 @@
-"""A closed path of evenly spaced points, and how its shape answers to sideways shifts of them."""
+"""A closed path of evenly spaced points, and the derivatives of its shape by lateral shifts."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Path:
 
 
 def path_through(points: FloatArray) -> Path:
-    """The path through evenly spaced points (N, 2), by central differences round the lap."""
+    """The path through evenly spaced points (N, 2), by central differences."""
     after, before = np.roll(points, -1, axis=0), np.roll(points, 1, axis=0)
     first, second = 0.5 * (after - before), after - 2.0 * points + before
     size = np.hypot(*first.T)
@@ -64,7 +64,7 @@ def closed_spline(points: FloatArray) -> tuple[CubicSpline, float]:
 
 
 def resampled(points: FloatArray, spacing: float, begin: float = 0.0) -> Path:
-    """The same path with points about `spacing` apart, the first `begin` meters after the old first."""
+    """The path resampled at about `spacing`, beginning `begin` meters after the old first point."""
     spline, length = closed_spline(points)
     count = max(16, round(length / spacing))
     return path_through(spline((begin + np.linspace(0.0, length, count, endpoint=False)) % length))
@@ -80,7 +80,7 @@ class Response:
 
 
 def response(path: Path) -> Response:
-    """How the path's shape answers to shifts of its points along their normals."""
+    """The derivatives of the path's shape by shifts of its points along their normals."""
     points, normal = path.points, path.normal
     after, before = np.roll(points, -1, axis=0), np.roll(points, 1, axis=0)
     first, second = 0.5 * (after - before), after - 2.0 * points + before
@@ -105,7 +105,7 @@ def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def _banded(bands: tuple[FloatArray, ...]) -> sparse.csr_matrix:
-    """Rows that reach one point back, their own, and one ahead, round the lap."""
+    """A cyclic tridiagonal matrix."""
     count = len(bands[0])
     here = np.arange(count)
     columns = np.concatenate([(here - 1) % count, here, (here + 1) % count])

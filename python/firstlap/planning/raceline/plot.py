@@ -1,4 +1,4 @@
-"""The picture of a racing line: where it goes and how fast."""
+"""Plots a racing line with its speeds."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def plot_line(line: RaceLine, track: Track, path: str | Path) -> None:
     graph.plot(stations, speed, color=INK, linewidth=1.4)
     graph.set_xlim(0.0, line.length)
     graph.set_ylim(0.0, 1.08 * float(speed.max()))
-    graph.set_xlabel("way along the line [m]", color=INK)
+    graph.set_xlabel("distance along the line [m]", color=INK)
     graph.set_ylabel("speed [m/s]", color=INK)
     for side in ("top", "right"):
         graph.spines[side].set_visible(False)

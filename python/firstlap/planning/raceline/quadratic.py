@@ -14,7 +14,7 @@ FREE = float("inf")
 
 
 def solver_class() -> Any:
-    """piqp's sparse solver. Raises InputError where the extra is missing."""
+    """piqp's sparse solver. Raises InputError if the extra is not installed."""
     try:
         import piqp
     except ImportError:
@@ -35,7 +35,7 @@ class Program:
         self._rows: list[tuple[sparse.spmatrix, FloatArray, FloatArray]] = []
 
     def part(self, block: str) -> slice:
-        """Where a block lies in the vector of unknowns."""
+        """The slice of a block in the vector of unknowns."""
         begin = self.blocks[block] * self.count
         return slice(begin, begin + self.count)
 
@@ -60,7 +60,7 @@ class Program:
         self.low[self.part(block)], self.high[self.part(block)] = low, high
 
     def solve(self) -> dict[str, FloatArray] | None:
-        """The blocks at the minimum, None where the solver gave up."""
+        """The blocks at the minimum; None if the solver failed."""
         rows = sparse.vstack([matrix for matrix, _ in self._squares])
         target = np.concatenate([aim for _, aim in self._squares])
         solver = solver_class()()

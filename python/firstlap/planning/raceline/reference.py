@@ -1,6 +1,6 @@
-"""An independent reference for the line of least lap time: one nonlinear program over the whole lap.
+"""An independent reference for the minimum-time line: one nonlinear program over the whole lap.
 
-Nothing is shared with the production line but the question. Unknowns are offset, heading error, speed, curvature and
+It shares no code with the production line. Unknowns are offset, heading error, speed, curvature and
 acceleration at stations of the centerline; the equations of motion are collocated by the trapezoidal rule; a smooth
 signed distance to the walls, sampled on a grid, keeps points around the car's rectangle clear; casadi's exact
 derivatives and ipopt solve it.
@@ -21,13 +21,13 @@ from firstlap.tracks.track import FloatArray, Track
 
 GRID = 0.05
 CALM = 1e-5
-"""[s m^2] what a squared change of curvature costs: so little that it only settles what time leaves open."""
+"""[s m^2] Cost of a squared change of curvature: small, for regularization only."""
 AROUND = 7
-"""Points along each flank of the car's rectangle that must be clear."""
+"""Number of points on each side of the car's rectangle that must be clear."""
 
 
 class Reference(NamedTuple):
-    """time [s] of the lap; points (N, 2) of the line; speed (N,) [m/s]; status: what the solver said."""
+    """time [s] of the lap; points (N, 2) of the line; speed (N,) [m/s]; status: of the solver."""
 
     time: float
     points: FloatArray
@@ -36,7 +36,7 @@ class Reference(NamedTuple):
 
 
 def reference_line(track: Track, car: Car, params: LineParams, spacing: float = 0.15) -> Reference:
-    """The nonlinear program's line of least time. Raises InputError where casadi is missing."""
+    """The minimum-time line of the nonlinear program. Raises InputError if casadi is not installed."""
     try:
         import casadi as ca
     except ImportError:
@@ -87,7 +87,7 @@ def reference_line(track: Track, car: Car, params: LineParams, spacing: float = 
 
 
 def _reference_frame(track: Track, spacing: float) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Center points (N, 2), heading (N,), curvature (N,) and step (N,) of the centerline, a little smoothed."""
+    """Center points (N, 2), heading (N,), curvature (N,) and step (N,) of the slightly smoothed centerline."""
     smooth = gaussian_filter1d(track.centerline, 0.25 / 0.1, axis=0, mode="wrap")
     closed = np.vstack([smooth, smooth[:1]])
     s = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(closed, axis=0).T))])
@@ -95,7 +95,7 @@ def _reference_frame(track: Track, spacing: float) -> tuple[FloatArray, FloatArr
     at = np.linspace(0.0, s[-1], count, endpoint=False)
     points = np.column_stack([np.interp(at, s, closed[:, 0]), np.interp(at, s, closed[:, 1])])
     points = gaussian_filter1d(points, 1.0, axis=0, mode="wrap")
-    # Heading of each chord is taken at its middle, so that heading and curvature fit one another exactly.
+    # The heading of each chord is taken at its middle, so that heading and curvature are consistent.
     chord = np.roll(points, -1, axis=0) - points
     direction = np.unwrap(np.arctan2(chord[:, 1], chord[:, 0]))
     turns = np.round((direction[-1] - direction[0]) / (2.0 * np.pi)) * 2.0 * np.pi

@@ -1,4 +1,4 @@
-"""What every step of the optimizer keeps to: the corridor, the sharpest bend, and a step that is not too long."""
+"""Constraints of every optimizer step: the corridor, the maximum curvature, and the trust region."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from firstlap.tracks.track import FloatArray
 WALL_PRICE = 4.0
 BEND_PRICE = 1.0
 TURN_SHARE = 0.4
-"""A shift may use this share of the radius of the bend: normals never cross."""
+"""Maximum shift as a share of the radius of curvature, so that normals never cross."""
 
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """A path between walls: its response to shifts and the room beside it, (N, bins) [m], margin taken off."""
+    """A path between walls: its response to shifts and its lateral clearance (N, bins) [m] without the margin."""
 
     path: Path
     reply: Response
@@ -32,7 +32,7 @@ class Shape:
 
     @property
     def cost(self) -> float:
-        """How far [s] the path is from being allowed, in the units of the optimizer's slack."""
+        """Constraint violation of the path [s], in units of the optimizer's slack."""
         short = np.maximum(0.0, -np.minimum(self.left.min(axis=1), self.right.min(axis=1)))
         sharp = np.maximum(0.0, np.abs(self.path.curvature) - self.limits.curvature)
         step = float(self.path.step.mean())
@@ -52,7 +52,7 @@ def shift(shape: Shape, by: FloatArray) -> FloatArray:
 
 
 def constrain(program: Program, shape: Shape, trust: float) -> None:
-    """Adds corridor, sharpest bend and the trust region [m] for the blocks `shift`, `short` and `sharp`."""
+    """Adds corridor, maximum curvature and trust region [m] for the blocks `shift`, `short` and `sharp`."""
     count = program.count
     one = sparse.identity(count, format="csr")
     for k, x in enumerate(shape.bins):

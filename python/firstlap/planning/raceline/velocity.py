@@ -1,4 +1,4 @@
-"""The fastest speeds along a given closed path: a forward and a backward pass inside the friction ellipse.
+"""The minimum-time velocity profile of a closed path: forward and backward pass within the friction ellipse.
 
 With b = v^2, a = (b' - b) / (2 step) and grip_x the grip for driving or for braking, the ellipse
 (a / grip_x)^2 + (b k / lateral)^2 <= 1 holds at both ends of every step: at every point, for the acceleration before
@@ -45,12 +45,12 @@ def profile(curvature: FloatArray, step: FloatArray, limits: Limits) -> Profile:
 
 
 def _turned(values: FloatArray) -> FloatArray:
-    """The lap driven backwards, from the same first point."""
+    """The lap in the opposite direction, from the same first point."""
     return np.roll(values[::-1], 1)
 
 
 def _pass(cap: FloatArray, bend: FloatArray, step: FloatArray, most: tuple[float, float, float]) -> FloatArray:
-    """v^2 after one pass in which speed may only grow as fast as motor and ellipse allow, from the slowest point.
+    """v^2 after one pass in which acceleration is limited by motor and ellipse, from the slowest point.
 
     most: the ellipse's lateral and longitudinal axis, and the motor's limit.
     """

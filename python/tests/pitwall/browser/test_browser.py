@@ -127,7 +127,7 @@ def test_an_impossible_value_is_refused_visibly(pit: Pit, sight: Sight) -> None:
     box = sight.box("v_max")
     said = box.input_value()
     box.fill("99")
-    sight.page.get_by_text("outside of what is allowed").first.wait_for()
+    sight.page.get_by_text("; allowed: ").first.wait_for()
     sight.picture("refused")
     sight.until(lambda: box.input_value() == said)
     assert pit.source.setup.values() == before.values()
