@@ -86,8 +86,8 @@ class Setup:
 
     def told_of(self, car: _core.Car) -> Setup:
         """A copy that also says what its driver knows of a car, so that it keeps to that in another one."""
-        of_car = [entry for entry in self.fields.fields if entry.section == "car"]
-        known: Values = {(entry.section, entry.name): car.get(car_section(entry.name), entry.name) for entry in of_car}
+        values, names = car.values(), [entry.name for entry in self.fields.fields if entry.section == "car"]
+        known: Values = {("car", name): values[car_section(name)][name] for name in names}
         return replace(self, given={**known, **self.given})
 
     def values(self) -> dict[str, dict[str, Value]]:
