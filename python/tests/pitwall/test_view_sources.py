@@ -586,7 +586,7 @@ def test_without_a_wish_the_next_free_port_is_taken(capsys: pytest.CaptureFixtur
                 taken.append(socket.create_server(("127.0.0.1", port)))
         found = view.choose_port("127.0.0.1", None)
         assert found > view.PORT + 1
-        assert f"port {view.PORT} is in use: {found} instead" in " ".join(capsys.readouterr().err.split())
+        assert f"port {view.PORT} is in use: using {found}" in " ".join(capsys.readouterr().err.split())
         assert view.choose_port("127.0.0.1", view.PORT) == view.PORT, "whoever names a port is told that it is taken"
     finally:
         for server in taken:

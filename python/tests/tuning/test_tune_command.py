@@ -66,7 +66,7 @@ def test_tune_writes_setups_to_race_and_a_report_in_one_file(cli):
     assert found["holds"]["failed"] == 0
     assert found["holds"]["less"] > 0.0
     assert found["laps_per_second"] == pytest.approx(found["laps"] / found["seconds"], rel=0.02)
-    assert f"{found['laps_per_second']:.1f} a second" in Path(found["report"]).read_text(encoding="utf-8")
+    assert f"{found['laps_per_second']:.1f} per second" in Path(found["report"]).read_text(encoding="utf-8")
     text = Path(found["holds"]["file"]).read_text(encoding="utf-8")
     for word in ("oval", "seed 1", firstlap.__version__, "check seeds", "% less"):
         assert word in text
@@ -137,7 +137,7 @@ def test_a_foreign_study_file_is_refused_and_left_as_it_is(cli, tmp_path: Path):
         connection.commit()
     for file in (text, other):
         before = file.read_bytes()
-        one_line(cli("tune", "oval", "--budget", 3, "--study", file), "is not a file of studies")
+        one_line(cli("tune", "oval", "--budget", 3, "--study", file), "is not a study file")
         assert file.read_bytes() == before
 
 
@@ -160,7 +160,7 @@ def test_a_study_of_another_track_or_another_search_is_refused(cli, tmp_path: Pa
     ("options", "word"),
     [
         (["--only", "k_angle"], "k_angle"),
-        (["--fix", "k_ang", "--only", "k_ang"], "nothing is left"),
+        (["--fix", "k_ang", "--only", "k_ang"], "no parameter is left"),
         (["--judge", "margin=9"], "margin"),
         (["--from", "bse"], "bse"),
         (["--starts", "base,gap"], "gap"),
@@ -191,7 +191,7 @@ def test_kill_9_loses_no_finished_trial_and_the_same_command_resumes(cli, tmp_pa
     command[command.index("60")] = str(len(kept) + 3)
     found = cli(*command)
     assert found.code == 0, found.err
-    assert f"{len(kept)} resuming after" in found.err
+    assert f"resuming after {len(kept)} trials" in found.err
     assert found.json["trials"] == len(kept) + 3
     assert costs(file)[: len(kept)] == kept
 
