@@ -15,7 +15,7 @@ compile requirements/run.txt pyproject.toml --group pyproject.toml:build "$@"
 compile requirements/extras.txt pyproject.toml --extra global --extra tune --extra view --group pyproject.toml:build \
   --constraints requirements/run.txt "$@"
 compile requirements/dev.txt pyproject.toml --extra global --extra tune --extra view --group pyproject.toml:build \
-  --group pyproject.toml:test \
+  --group pyproject.toml:test --group pyproject.toml:coverage \
   --group pyproject.toml:lint --constraints requirements/extras.txt "$@"
 compile requirements/ros.txt pyproject.toml --extra ros --group pyproject.toml:build \
   --group pyproject.toml:ros-messages --constraints requirements/dev.txt "$@"
