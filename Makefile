@@ -22,7 +22,7 @@ cpp_sources := $(shell find cpp/firstlap python/bindings -name '*.?pp' -o -name 
 cpp_files = $(shell find cpp python/bindings -name '*.hpp' -o -name '*.cpp')
 seconds ?= 30
 
-.PHONY: help race test test-cpp test-python bench lint format ros test-ros docs pictures sanitize fuzz build extras dev clean
+.PHONY: help race test test-cpp test-python bench lint format ros test-ros docs pictures sanitize mutants coverage fuzz build extras dev clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -71,6 +71,12 @@ sanitize: .venv/.run build/.gtest ## C++ tests with the address and undefined-be
 	@mkdir -p build && $(cmake) --preset sanitize >build/sanitize.log 2>&1 || { cat build/sanitize.log; exit 1; }
 	@$(cmake) --build --preset sanitize
 	@$(ctest) --preset sanitize --parallel 2 --progress
+
+mutants: .venv/.run build/.gtest ## change each equation and rule of the method and see whether its test fails
+	@$(python) scripts/mutants.py $(if $(only),--only $(only))
+
+coverage: .venv/.built .venv/.dev build/.gtest ## lines and branches that the tests run; build/coverage/html has each
+	@$(python) scripts/coverage.py
 
 fuzz: .venv/.built .venv/.fuzz ## fuzz step, the map reader and the setup reader, each for seconds=30
 	scripts/fuzz.sh $(seconds)

@@ -380,6 +380,35 @@ TEST(RacerMemory, a_car_that_holds_on_bad_scans_brakes_where_it_would_have_brake
   }
 }
 
+TEST(RacerMemory, a_wall_out_of_sight_is_remembered_for_memory_time) {
+  const Params params;
+  Racer racer{params};
+  Scan scan = Course{}.straight(30).walls(2.0).scan({10, 0, 0});
+  settle(racer, scan, 0.0, 0.0, 2);
+  for (std::size_t i = 700; i < 860; ++i) scan.ranges[i] = 0.0F;  // 40 to 80 degrees to the left
+  const auto remembered = [&] {
+    const WallSide& left = racer.trace().walls.left;
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < left.size(); ++i) count += left.age[i] > 0.0F && left.x[i] > 0.6F && left.x[i] < 1.3F;
+    return count;
+  };
+  settle(racer, scan);
+  EXPECT_GT(remembered(), 1U);
+  settle(racer, scan, 0.0, 0.0, static_cast<int>(params.centerline.memory_time / 0.025) + 2);
+  EXPECT_EQ(remembered(), 0U);
+}
+
+TEST(RacerMemory, the_walls_that_a_held_path_is_checked_against_move_with_it) {
+  Racer racer{Params{}};
+  Scan scan = Course{}.straight(30).walls(2.0).scan({10, 0, 0});
+  settle(racer, scan, 2.0, 0.0, 3);
+  const double clearance = racer.trace().clearance;
+  ASSERT_GT(clearance, 0.7);
+  scan.ranges.assign(scan.ranges.size(), 0.0F);
+  ASSERT_EQ(racer.step(scan.view(), {2.0, 2.0, 0.0}, 0.1).status, Status::holding);  // the car turns by 0.1 rad
+  EXPECT_NEAR(racer.trace().clearance, clearance, 0.02);
+}
+
 TEST(RacerMemory, a_wall_that_is_gone_is_forgotten_where_the_scan_sees_past_it) {
   Racer racer{Params{}};
   settle(racer, Course{}.straight(30).walls(2.0).scan({10, 0, 0}), 1.0, 0.0, 3);
@@ -661,6 +690,18 @@ TEST(RacerSafety, towards_a_wall_across_the_track_the_plan_ends_in_a_stop) {
     x += speed * 0.025;
   }
   EXPECT_LT(x, 10.0 - 0.455) << "the front bumper";
+}
+
+// Near the left wall of a corridor, the wheels turned to it: the path leads back to the middle, the car does not.
+TEST(RacerSafety, a_car_that_its_own_motion_takes_to_a_wall_brakes_though_its_path_is_clear) {
+  const Scan scan = Course{}.straight(40).walls(1.4).scan({10, 0.35, 0.1});
+  for (const double angle : {0.0, 0.4}) {
+    Racer racer{Params{}};
+    const StepResult result = racer.step(scan.view(), {3.0, 0.0, angle}, 0.025);
+    EXPECT_GT(racer.trace().clearance, Params{}.velocity_profile.block_clearance) << "the path is clear";
+    EXPECT_EQ(result.status, angle > 0.0 ? Status::blocked : Status::ok);
+    EXPECT_EQ(result.command.speed == 0.0, angle > 0.0);
+  }
 }
 
 // The planned speed at the end of the path, in a corridor of 1.6 m that narrows to `passage` [m] ahead of the car.

@@ -158,8 +158,8 @@ TEST(Segmentation, what_shows_through_a_joint_is_seen_through_and_both_neighbour
 
 TEST(Segmentation, what_stands_before_a_joint_is_not_seen_through) {
   scene::Scene pipes;
-  pipes.add(scene::left, {{0.0, 1.0}, {3.0, 1.0}}).add(scene::left, {{3.7, 1.0}, {7.0, 1.0}});
-  pipes.add(scene::neither, {{2.75, 0.6}, {3.08, 0.6}});
+  pipes.add(scene::left, {{0.0, 3.0}, {5.0, 3.0}}).add(scene::left, {{5.8, 3.0}, {10.0, 3.0}});
+  pipes.add(scene::neither, {{3.68, 1.5}, {3.97, 1.5}});  // halfway to the joint, too far from it to be of the wall
   const Segmented s(pipes.scan({2.0, 0.0, 0.0}));
   EXPECT_EQ(s.count(SectionStatus::seen_through), 0U);
   EXPECT_EQ(s.count(SectionStatus::kept), 3U);

@@ -170,6 +170,14 @@ TEST(Sides, a_gap_narrower_than_the_track_has_been_scores_by_its_share_of_it) {
   EXPECT_GT(gaps.score(1, 1.0), gaps.score(2, 1.0)) << "and on a narrower track it is the way on";
 }
 
+TEST(Sides, a_gap_in_line_with_the_walls_on_both_sides_of_it_is_a_hole_and_counts_a_fifth) {
+  const TwoGaps::Gap in_line{{5.0, -1.0}, {6.5, -1.0}};
+  const TwoGaps::Gap around{{9.0, -1.0}, {9.0, 1.0}};
+  const TwoGaps gaps(in_line, around);
+  EXPECT_NEAR(gaps.score(1, 2.0), 0.2 * TwoGaps::depth(in_line), 1e-9);
+  EXPECT_NEAR(gaps.score(2, 2.0), TwoGaps::depth(around), 1e-9);
+}
+
 TEST(Sides, a_gap_behind_the_car_counts_half) {
   const TwoGaps::Gap behind{{-4.0, -2.0}, {-4.0, 0.0}};
   const TwoGaps::Gap ahead{{3.0, 0.0}, {3.0, 2.0}};

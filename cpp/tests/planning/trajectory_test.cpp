@@ -296,6 +296,12 @@ TEST(Join, no_distance_changes_nothing) {
   for (std::size_t i = 0; i < points.size(); ++i) EXPECT_EQ(points[i].y, before[i].y);
 }
 
+TEST(Join, it_comes_to_the_line_without_a_jump) {
+  Buffer<Point2> points = straight_line(0.4, 0.0);
+  join_car(2.0, points);
+  for (std::size_t i = 1; i < points.size(); ++i) EXPECT_LT(std::abs(points[i].y - points[i - 1].y), 0.07) << i;
+}
+
 TEST(Join, it_never_overshoots_the_line_from_a_parallel_start) {
   Buffer<Point2> points = straight_line(0.4, 0.0);
   join_car(2.0, points);
