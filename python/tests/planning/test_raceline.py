@@ -234,7 +234,7 @@ def test_the_command_writes_line_and_picture(cli):
         (("oval", "-o", "oval.txt"), "ends in .csv"),
         (("oval", "-o", "nowhere/oval.csv"), "no such folder"),
         (("oval", "-o", "oval.csv", "--margin", "7"), "margin"),
-        (("oval", "-o", "oval.csv", "--set", "margn=0.1"), "nearest known"),
+        (("oval", "-o", "oval.csv", "--set", "margn=0.1"), "did you mean"),
         (("ovl", "-o", "oval.csv"), "did you mean oval"),
     ],
 )
