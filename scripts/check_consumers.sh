@@ -14,7 +14,7 @@ cmake() { "$root/.venv/bin/python" -m uv tool run --quiet --from "cmake==$oldest
 quietly() { "$@" >"$folder/log" 2>&1 || { cat "$folder/log"; exit 1; }; }
 
 build() { # source, build folder, further options
-  quietly cmake -S "$1" -B "$2" -DCMAKE_BUILD_TYPE=Release "${@:3}"
+  quietly cmake -S "$1" -B "$2" -DCMAKE_BUILD_TYPE=Debug "${@:3}"
   quietly cmake --build "$2" --parallel "$(nproc)"
 }
 
