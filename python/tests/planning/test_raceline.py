@@ -231,7 +231,7 @@ def test_the_command_writes_line_and_picture(cli):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("oval", "-o", "oval.txt"), "ends in .csv"),
+        (("oval", "-o", "oval.txt"), "ending in .csv"),
         (("oval", "-o", "nowhere/oval.csv"), "no such folder"),
         (("oval", "-o", "oval.csv", "--margin", "7"), "margin"),
         (("oval", "-o", "oval.csv", "--set", "margn=0.1"), "did you mean"),
