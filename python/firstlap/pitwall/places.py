@@ -15,6 +15,7 @@ from firstlap.perception.frames import Frames
 from firstlap.perception.scan import ray_ends
 from firstlap.pitwall.frame import Pose
 from firstlap.pitwall.laps import LapBook
+from firstlap.pitwall.shapes import column_in, number_in, points_in
 from firstlap.ros.conversions import seconds, yaw_of
 
 MAP = "map"
@@ -97,7 +98,8 @@ def geometry(car: Car, name: str) -> float:
 
 
 def clearance(points: npt.NDArray[np.float64], car: Car) -> float | None:
-    """[m] from the car's body to the nearest of points (N, 2) in base_link; None where there are none."""
+    """[m] from the car's body to the nearest of points (N, 2) in base_link that are finite; None where none is."""
+    points = points[np.isfinite(points).all(axis=1)]
     if not len(points):
         return None
     length, width, overhang = (geometry(car, name) for name in ("length", "width", "rear_overhang"))
@@ -108,10 +110,6 @@ def clearance(points: npt.NDArray[np.float64], car: Car) -> float | None:
 
 def points_of(trace: dict[str, Any], laser: tuple[float, float]) -> npt.NDArray[np.float64]:
     """(N, 2) returns in base_link [m] of a trace, whoever's it is."""
-    if "points" in trace:
-        return np.asarray(trace["points"], dtype=np.float64).reshape(-1, 2)
-    ranges = np.asarray(trace.get("ranges", ()), dtype=np.float64)
-    if not len(ranges):
-        return np.zeros((0, 2))
-    angles = float(trace["first_beam"]) + float(trace["beam_step"]) * np.arange(len(ranges))
-    return ray_ends(laser, angles, ranges)
+    ranges = column_in(trace, "ranges")
+    angles = number_in(trace, "first_beam") + number_in(trace, "beam_step") * np.arange(len(ranges))
+    return np.vstack([points_in(trace, "points"), ray_ends(laser, angles, ranges)])

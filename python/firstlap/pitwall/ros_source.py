@@ -7,6 +7,7 @@ import threading
 import time
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -22,10 +23,12 @@ from firstlap.pitwall.frame import Frame, Scenery
 from firstlap.pitwall.holding import Holding
 from firstlap.pitwall.lap_setup import changed_from
 from firstlap.pitwall.places import Places, clearance, points_of
+from firstlap.recordings.trace_tables import TABLE_NAMES
 from firstlap.ros import require_ros
 from firstlap.ros.car_link import CarLink
 from firstlap.ros.conversions import judged
-from firstlap.ros.trace_message import TraceHeader, decode
+from firstlap.ros.trace_message import STATUS, TRACE, TraceHeader
+from firstlap.ros.trace_reader import TraceReader
 
 NODE = "firstlap_drive"
 MAP_TOPIC = "/map"
@@ -67,6 +70,7 @@ class RosSource(Holding):
         self._born, self._was_there, self._stale, self._asked = "", False, True, -math.inf
         self._trace_at = self._scan_at = self._began = -math.inf
         self._bad_trace = ""
+        self._steps = TraceReader()
         self._mount: Mount | None = None
         self._scan: dict[str, Any] = {}
         self._topics: dict[str, Any] = {}
@@ -133,13 +137,12 @@ class RosSource(Holding):
 
     def _build(self) -> None:
         from rcl_interfaces.msg import ParameterEvent
-        from std_msgs.msg import UInt8MultiArray
         from tf2_msgs.msg import TFMessage
 
-        from firstlap.ros.qos import LATCHED, NEWEST
+        from firstlap.ros.qos import LATCHED
 
         hear = self._link.node.create_subscription
-        hear(UInt8MultiArray, f"{self._link.path}/trace", self._on_trace, NEWEST)
+        self._hear_trace()
         hear(TFMessage, "/tf_static", self._places.frames.hear, LATCHED)
         hear(TFMessage, "/tf", self._places.frames.hear, 100)
         hear(ParameterEvent, "/parameter_events", self._on_parameters, 100)
@@ -147,6 +150,18 @@ class RosSource(Holding):
         self._listen(self._link.value("scan_topic"), self._link.value("odom_topic"))
         self._base = self._link.value("base_frame")
         self._from_tf = bool(self._link.value("laser_from_tf"))
+
+    def _hear_trace(self) -> None:
+        """The status of each step, and every table that some driver has."""
+        from diagnostic_msgs.msg import DiagnosticArray
+        from sensor_msgs.msg import PointCloud2
+
+        from firstlap.ros.qos import RECENT
+
+        kinds = {STATUS: DiagnosticArray, **dict.fromkeys(TABLE_NAMES, PointCloud2)}
+        for name, kind in kinds.items():
+            topic = f"{self._link.path}/{TRACE}/{name}"
+            self._link.node.create_subscription(kind, topic, partial(self.hear_trace, name), RECENT)
 
     def _hear_map(self) -> None:
         """The map, and where the car is in it."""
@@ -192,12 +207,16 @@ class RosSource(Holding):
                 self._link.node.destroy_subscription(before[1])
             self._topics[role] = (topic, self._link.node.create_subscription(kind, topic, action, NEWEST))
 
-    def _on_trace(self, message: Any) -> None:
+    def hear_trace(self, name: str, message: Any) -> None:
+        """A part of a step, of the topic `name` under ~/trace. Never raises."""
         try:
-            told, trace = decode(message.data.tobytes())
+            step = self._steps.hear(name, message)
         except ValueError as error:
             self._bad_trace = f"its trace cannot be read: {error}"
             return
+        if step is None:
+            return
+        told, trace = step
         self._trace_at, self._bad_trace = time.monotonic(), ""
         if told.born != self._born:
             self._born, self._stale, self._asked = told.born, True, -math.inf

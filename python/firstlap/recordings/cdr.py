@@ -6,7 +6,9 @@ in the bytes, and every further message is a copy with its own numbers at these 
 
 from __future__ import annotations
 
+import struct
 import sys
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
@@ -16,8 +18,28 @@ from firstlap.recordings.messages import typestore
 
 SECONDS, NANOSECONDS = 0x5A5B5C5D, 0x0DEADBEE
 """The marker value of a stamp."""
-HEAD = 4
-"""Bytes before the body of a CDR message; what follows is aligned to its start."""
+NONE: npt.NDArray[np.float64] = np.zeros(0)
+HEAD, DOUBLE = 4, 8
+"""Bytes before the body of a CDR message, to whose start all is aligned; and of a float64."""
+
+
+LENGTH, STAMP = struct.Struct("<I"), struct.Struct("<II")
+
+
+PADDING = tuple(bytes(-size % LENGTH.size) for size in range(LENGTH.size))
+"""What aligns a length behind so many bytes, more or less a multiple of four."""
+
+
+def put_length(data: bytearray, length: int) -> None:
+    """Behind the beginning of a message, where it is aligned."""
+    data += PADDING[len(data) % LENGTH.size] + LENGTH.pack(length)
+
+
+def put_texts(data: bytearray, texts: Iterable[str]) -> None:
+    """Behind the beginning of a message: strings, one after another."""
+    for text in texts:
+        encoded = text.encode()
+        data += b"%b%b%b\0" % (PADDING[len(data) % LENGTH.size], LENGTH.pack(len(encoded) + 1), encoded)
 
 
 def mark(index: int) -> float:
@@ -26,18 +48,22 @@ def mark(index: int) -> float:
 
 
 class Template:
-    """A message of one type with `numbers` marks, each a float64, and any number of stamp marks."""
+    """A message of one type with `numbers` marks, each a float64, and any number of stamp marks.
+
+    size: of it. places: of its numbers among the float64 of its body, in their order.
+    """
 
     def __init__(self, kind: str, message: Any, numbers: int) -> None:
         if sys.byteorder != "little":
             raise NotImplementedError("CDR output supports only little-endian machines")
         self._bytes = bytearray(typestore().serialize_cdr(message, kind))
-        self._size = len(self._bytes)
-        self._bytes += bytes(-(self._size - HEAD) % 8)
+        self.size = len(self._bytes)
+        self._bytes += bytes(-(self.size - HEAD) % DOUBLE)
         doubles = np.frombuffer(self._bytes, dtype="<f8", offset=HEAD)
-        self._places = self._find(doubles, numbers, kind)
+        self.places = self._find(doubles, numbers, kind)
         words = np.frombuffer(self._bytes, dtype="<u4", offset=HEAD)
-        self._stamps = np.flatnonzero((words[:-1] == SECONDS) & (words[1:] == NANOSECONDS))
+        stamps = np.flatnonzero((words[:-1] == SECONDS) & (words[1:] == NANOSECONDS))
+        self._stamps = [HEAD + LENGTH.size * int(index) for index in stamps]
 
     @staticmethod
     def _find(doubles: npt.NDArray[np.float64], numbers: int, kind: str) -> npt.NDArray[np.intp]:
@@ -48,10 +74,46 @@ class Template:
             raise ValueError(f"{kind}: not every mark is in the message")
         return places
 
-    def fill(self, time: int, numbers: npt.NDArray[np.float64]) -> bytes:
+    def fill(self, time: int, numbers: npt.NDArray[np.float64] = NONE) -> bytes:
         """The message at `time` [ns] with these numbers, in the order of their marks."""
         data = self._bytes.copy()
-        np.frombuffer(data, dtype="<f8", offset=HEAD)[self._places] = numbers
-        words = np.frombuffer(data, dtype="<u4", offset=HEAD)
-        words[self._stamps], words[self._stamps + 1] = divmod(time, 1_000_000_000)
-        return bytes(memoryview(data)[: self._size])
+        if len(numbers):
+            np.frombuffer(data, dtype="<f8", offset=HEAD)[self.places] = numbers
+        stamp = STAMP.pack(*divmod(time, 1_000_000_000))
+        for begin in self._stamps:
+            data[begin : begin + STAMP.size] = stamp
+        return bytes(memoryview(data)[: self.size])
+
+
+class Series:
+    """Messages of one type with a list of any length, whose items are alike but for their numbers.
+
+    build: a message of as many items, its list the only thing in it that grows. numbers: marks of an item, numbered on
+    from item to item.
+    """
+
+    def __init__(self, kind: str, build: Callable[[int], Any], numbers: int) -> None:
+        none, one, two, more = (Template(kind, build(count), count * numbers) for count in range(4))
+        self._few, self._two = (none, one), two
+        pairs = zip(two.fill(0), more.fill(0), strict=False)
+        self._count_at = next(i for i, (before, after) in enumerate(pairs) if before != after)
+        self._stride = more.size - two.size
+        tail = none.size - self._count_at - LENGTH.size
+        self._second = one.size - tail
+        self._places = two.places[:numbers], two.places[numbers:]
+
+    def fill(self, time: int, numbers: npt.NDArray[np.float64]) -> bytes:
+        """The message at `time` [ns] with an item a row of numbers."""
+        count = len(numbers)
+        if count < len(self._few):
+            return self._few[count].fill(time, numbers.reshape(-1))
+        two, end = self._two.fill(time), self._second + self._stride
+        data = bytearray(two[: self._second] + two[self._second : end] * (count - 1) + two[end:])
+        LENGTH.pack_into(data, self._count_at, count)
+        size = len(data)
+        data += bytes(-(size - HEAD) % DOUBLE)
+        first, second = self._places
+        doubles = np.frombuffer(data, dtype="<f8", offset=HEAD)
+        doubles[first] = numbers[0]
+        doubles[second + self._stride // DOUBLE * np.arange(count - 1)[:, None]] = numbers[1:]
+        return bytes(memoryview(data)[:size])

@@ -1,21 +1,28 @@
-"""The messages of our own logs: one function per topic that serializes a standard ROS message."""
+"""The messages of our own logs and of the driving node: one function per topic that serializes a standard ROS message.
+
+frame: frame_id of the results, base_link by default. time: stamp [ns].
+"""
 
 from __future__ import annotations
 
-from functools import lru_cache
-from typing import Any
+from collections.abc import Mapping
+from functools import lru_cache, partial
+from itertools import chain
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from firstlap.recordings.cdr import NANOSECONDS, SECONDS, Template, mark
+from firstlap.recordings.cdr import LENGTH, NANOSECONDS, SECONDS, Series, Template, mark, put_length, put_texts
 from firstlap.recordings.clock import sweep
 from firstlap.recordings.messages import ACKERMANN, typestore
-from firstlap.recordings.step_log import STATUSES
+from firstlap.recordings.step_log import SEQUENCES, STATUSES
+from firstlap.recordings.trace_tables import FLAG, FLOAT, INT, SMALL, TRAJECTORY, Rows
 
 Floats = npt.NDArray[np.float64]
 
 MAP, ODOM, BASE, LASER = "map", "odom", "base_link", "laser"
+HEADER = "std_msgs/msg/Header"
 LASER_SCAN = "sensor_msgs/msg/LaserScan"
 ODOMETRY = "nav_msgs/msg/Odometry"
 JOINT_STATE = "sensor_msgs/msg/JointState"
@@ -31,10 +38,10 @@ ARRAY = "std_msgs/msg/Float64MultiArray"
 NUMBERS = ("width", "ahead", "clearance", "microseconds")
 """Remembered track width [m], path ahead of the front axle [m], clearance of the path [m], time of the step."""
 
-TRAJECTORY_FIELDS = ("x", "y", "z", "yaw", "curvature", "velocity")
 COLORS = {"left": (0.12, 0.47, 0.71, 1.0), "right": (0.91, 0.44, 0.04, 1.0)}
 SEEN_SIZE = 0.06
 OK, WARN, ERROR = 0, 1, 2
+HARDWARE = "firstlap"
 LEVELS = {"ok": OK, "holding": WARN, "blocked": WARN}
 
 
@@ -44,12 +51,12 @@ def make(kind: str, *values: Any) -> Any:
 
 
 def _header(frame: str) -> Any:
-    return make("std_msgs/msg/Header", make("builtin_interfaces/msg/Time", SECONDS, NANOSECONDS), frame)
+    return make(HEADER, make("builtin_interfaces/msg/Time", SECONDS, NANOSECONDS), frame)
 
 
 def stamped(time: int, frame: str) -> Any:
     """A header at `time` [ns]."""
-    return make("std_msgs/msg/Header", make("builtin_interfaces/msg/Time", *divmod(time, 1_000_000_000)), frame)
+    return make(HEADER, make("builtin_interfaces/msg/Time", *divmod(time, 1_000_000_000)), frame)
 
 
 def _point(x: float, y: float) -> Any:
@@ -154,13 +161,13 @@ def transforms(time: int, poses: dict[tuple[str, str], Floats]) -> bytes:
     return _transforms(tuple(poses)).fill(time, np.concatenate([planar(pose) for pose in poses.values()]))
 
 
-@lru_cache(maxsize=4096)
-def _wall(side: str, count: int) -> Template:
+def _wall(side: str, frame: str, count: int) -> Any:
+    """With marks in the places of its numbers."""
     marker: Any = typestore().types[MARKER]
     size = SEEN_SIZE
-    message = make(
+    return make(
         MARKER,
-        _header(BASE),
+        _header(frame),
         side,
         0,
         marker.SPHERE_LIST,
@@ -180,20 +187,24 @@ def _wall(side: str, count: int) -> Template:
         make("visualization_msgs/msg/MeshFile", "", np.zeros(0, dtype=np.uint8)),
         False,
     )
-    return Template(MARKER, message, 2 * count)
 
 
-def wall(time: int, side: str, rows: Floats) -> bytes:
+@lru_cache(maxsize=8)
+def _walls(side: str, frame: str) -> Series:
+    return Series(MARKER, partial(_wall, side, frame), 2)
+
+
+def wall(time: int, side: str, rows: Floats, frame: str = BASE) -> bytes:
     """visualization_msgs/Marker with the samples of one side: rows x, y, ..."""
-    return _wall(side, len(rows)).fill(time, rows[:, :2].reshape(-1))
+    return _walls(side, frame).fill(time, rows[:, :2])
 
 
-@lru_cache(maxsize=1024)
-def _path(count: int) -> Template:
+def _path(frame: str, count: int) -> Any:
+    """With marks in the places of its numbers."""
     poses = [
         make(
             "geometry_msgs/msg/PoseStamped",
-            _header(BASE),
+            _header(frame),
             make(
                 "geometry_msgs/msg/Pose",
                 _point(mark(4 * i), mark(4 * i + 1)),
@@ -202,62 +213,107 @@ def _path(count: int) -> Template:
         )
         for i in range(count)
     ]
-    return Template(PATH, make(PATH, _header(BASE), poses), 4 * count)
+    return make(PATH, _header(frame), poses)
 
 
-def path(time: int, poses: Floats) -> bytes:
-    """nav_msgs/Path of rows x, y, yaw in base_link."""
-    return _path(len(poses)).fill(time, planar(poses).reshape(-1))
+@lru_cache(maxsize=4)
+def _paths(frame: str) -> Series:
+    return Series(PATH, partial(_path, frame), 4)
 
 
-def centerline(time: int, rows: Floats) -> bytes:
+def path(time: int, poses: Floats, frame: str = BASE) -> bytes:
+    """nav_msgs/Path of rows x, y, yaw."""
+    return _paths(frame).fill(time, planar(poses))
+
+
+def centerline(time: int, rows: Floats, frame: str = BASE) -> bytes:
     """nav_msgs/Path of rows x, y, ...; headings along the line."""
     if len(rows) < 2:
-        return path(time, np.column_stack([rows[:, :2], np.zeros(len(rows))]))
+        return path(time, np.column_stack([rows[:, :2], np.zeros(len(rows))]), frame)
     steps = np.diff(rows[:, :2], axis=0)
     yaws = np.arctan2(steps[:, 1], steps[:, 0])
-    return path(time, np.column_stack([rows[:, :2], np.append(yaws, yaws[-1])]))
+    return path(time, np.column_stack([rows[:, :2], np.append(yaws, yaws[-1])]), frame)
 
 
-@lru_cache(maxsize=1)
-def _cloud_fields() -> list[Any]:
-    kind = "sensor_msgs/msg/PointField"
-    field: Any = typestore().types[kind]
-    return [make(kind, name, 4 * i, field.FLOAT32, 1) for i, name in enumerate(TRAJECTORY_FIELDS)]
+POINT_TYPES = {SMALL: 1, FLAG: 2, INT: 5, FLOAT: 7}
+"""Type of a column -> the constant of sensor_msgs/PointField."""
 
 
-def trajectory(time: int, rows: Floats) -> bytes:
-    """sensor_msgs/PointCloud2 with TRAJECTORY_FIELDS, of path rows s, x, y, yaw, curvature, velocity."""
-    values = np.zeros((len(rows), len(TRAJECTORY_FIELDS)), dtype="<f4")
-    values[:, (0, 1, 3, 4, 5)] = rows[:, 1:]
-    step = 4 * len(TRAJECTORY_FIELDS)
-    data = values.reshape(-1).view(np.uint8)
-    message = make(
-        CLOUD, stamped(time, BASE), 1, len(rows), _cloud_fields(), False, step, step * len(rows), data, True
-    )  # fmt: skip
-    return bytes(typestore().serialize_cdr(message, CLOUD))
+@lru_cache(maxsize=64)
+def _empty_cloud(frame: str, kind: np.dtype[Any]) -> tuple[Template, int]:
+    """A message without rows, and where the number of its rows stands."""
+    field = "sensor_msgs/msg/PointField"
+    fields = [
+        make(field, name, offset, POINT_TYPES[column.str], 1)
+        for name, (column, offset, *_) in (kind.fields or {}).items()
+    ]
+    header = bytearray(Template(HEADER, _header(frame), 0).fill(0))
+    put_length(header, 1)  # the height
+    put_length(header, 0)
+    message = make(CLOUD, _header(frame), 1, 0, fields, False, kind.itemsize, 0, np.zeros(0, dtype=np.uint8), True)
+    return Template(CLOUD, message, 0), len(header) - LENGTH.size
 
 
-@lru_cache(maxsize=1)
-def _lookahead() -> Template:
-    return Template(POINT, make(POINT, _header(BASE), _point(mark(0), mark(1))), 2)
+def cloud(time: int, rows: Rows, frame: str = BASE) -> bytes:
+    """sensor_msgs/PointCloud2 of a table's rows, whose columns are its fields."""
+    empty, width_at = _empty_cloud(frame, rows.dtype)
+    message, data = bytearray(empty.fill(time)), rows.tobytes()
+    LENGTH.pack_into(message, width_at, len(rows))
+    size = LENGTH.pack(len(data))
+    message[-2 * LENGTH.size - 1 : -1] = size + size + data  # one row's size, the data's, the data; then whether dense
+    return bytes(message)
 
 
-def lookahead(time: int, point: Floats) -> bytes:
+def trajectory(time: int, rows: Floats, frame: str = BASE) -> bytes:
+    """sensor_msgs/PointCloud2 of the table TRAJECTORY, of path rows s, x, y, yaw, curvature, velocity."""
+    columns = dict(zip(SEQUENCES["path"], rows.T, strict=True))
+    return cloud(time, TRAJECTORY.rows({"path": columns}), frame)
+
+
+@lru_cache(maxsize=4)
+def _lookahead(frame: str) -> Template:
+    return Template(POINT, make(POINT, _header(frame), _point(mark(0), mark(1))), 2)
+
+
+def lookahead(time: int, point: Floats, frame: str = BASE) -> bytes:
     """geometry_msgs/PointStamped."""
-    return _lookahead().fill(time, point)
+    return _lookahead(frame).fill(time, point)
 
 
-@lru_cache(maxsize=len(STATUSES))
-def _status(code: int) -> Template:
-    name = STATUSES[code]
-    one = make("diagnostic_msgs/msg/DiagnosticStatus", LEVELS.get(name, ERROR), "firstlap", name, "firstlap", [])
-    return Template(DIAGNOSTICS, make(DIAGNOSTICS, _header(BASE), [one]), 0)
+class Diagnosis(NamedTuple):
+    """One diagnostic_msgs/DiagnosticStatus: about what, what is said of it, and its values."""
+
+    name: str
+    message: str
+    level: int = OK
+    values: Mapping[str, str] = {}
 
 
-def status(time: int, code: int) -> bytes:
+@lru_cache(maxsize=4)
+def _no_diagnostics(frame: str) -> Template:
+    return Template(DIAGNOSTICS, make(DIAGNOSTICS, _header(frame), []), 0)
+
+
+def diagnostics(time: int, about: list[Diagnosis], frame: str = BASE) -> bytes:
+    """diagnostic_msgs/DiagnosticArray."""
+    data = bytearray(_no_diagnostics(frame).fill(time))
+    LENGTH.pack_into(data, len(data) - LENGTH.size, len(about))
+    for one in about:
+        data.append(one.level)
+        put_texts(data, (one.name, one.message, HARDWARE))
+        put_length(data, len(one.values))
+        put_texts(data, chain.from_iterable(one.values.items()))
+    return bytes(data)
+
+
+def diagnosis(status: str, values: Mapping[str, str] | None = None) -> Diagnosis:
+    """Of a step that ended with this status."""
+    return Diagnosis(HARDWARE, status, LEVELS.get(status, ERROR), values or {})
+
+
+def status(time: int, code: int, frame: str = BASE) -> bytes:
     """diagnostic_msgs/DiagnosticArray with the step's status."""
-    return _status(code).fill(time, np.zeros(0))
+    return diagnostics(time, [diagnosis(STATUSES[code])], frame)
 
 
 @lru_cache(maxsize=1)

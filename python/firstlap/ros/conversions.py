@@ -17,10 +17,15 @@ def seconds(stamp: Any) -> float:
     return float(stamp.sec) + 1e-9 * float(stamp.nanosec)
 
 
+def nanoseconds(time: float) -> int:
+    """Of seconds, as stamps have them."""
+    whole = math.floor(time)
+    return whole * 1_000_000_000 + min(round((time - whole) * 1e9), 999_999_999)
+
+
 def set_stamp(stamp: Any, time: float) -> None:
     """Seconds into a builtin_interfaces/Time."""
-    whole = math.floor(time)
-    stamp.sec, stamp.nanosec = int(whole), min(round((time - whole) * 1e9), 999_999_999)
+    stamp.sec, stamp.nanosec = divmod(nanoseconds(time), 1_000_000_000)
 
 
 def sweep_of(message: Any, period: float) -> float:

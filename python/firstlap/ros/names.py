@@ -74,9 +74,7 @@ DRIVE = (
         0.0,
         100.0,
     ),
-    Entry(
-        "trace_rate", 20.0, "[Hz] rate of ~/trace for firstlap view --ros while someone subscribes; 0: none", 0.0, 100.0
-    ),
+    Entry("trace_rate", 20.0, "[Hz] rate of the topics under ~/trace while someone subscribes; 0: none", 0.0, 100.0),
 )
 
 TOLD = (

@@ -1,32 +1,48 @@
-"""The trace of a driver's step as bytes on its way from the car to whoever watches: no pickle, bounded, checked.
+"""The trace of a driver's step as standard messages: a DiagnosticArray with its numbers, and a PointCloud2 a table.
 
-Magic, length of the header, header (JSON: what was told, numbers of the trace, and name, kind and shape of each array),
-then the arrays one after another, little-endian. Numbers are halved to 32 bits: it is for eyes.
+All have the stamp of the step. The status lists the tables, so that a reader knows when it has the whole step. Numbers
+of tables have 32 bits: they are for eyes. No function here needs ROS.
 """
 
 from __future__ import annotations
 
-import json
-import math
-import struct
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-MAGIC = b"FLT1"
-MAX_BYTES = 2_000_000
-"""More than any trace has; what is larger is neither sent nor read."""
-MAX_HEADER = 200_000
-MAX_ARRAYS = 200
+from firstlap.recordings import log_messages as ros
+from firstlap.recordings.log_messages import Diagnosis
+from firstlap.recordings.trace_tables import TABLES
+from firstlap.ros.conversions import nanoseconds
+from firstlap.ros.trace_views import VIEWS
+
+TRACE, STATUS = "trace", "status"
+"""Under whose name a node has its topics, and the topic that tells of a step."""
+NUMBERS, LISTED = f"{ros.HARDWARE}/numbers", f"{ros.HARDWARE}/tables"
+"""Names in the status, after the step's own: the trace without its arrays; each table and how many rows it has."""
+MAX_BYTES = 1_000_000
+"""More than any table has; what is larger is neither sent nor read."""
+MAX_VALUES = 500
+"""Of numbers, in a status."""
 MAX_TEXT = 500
-SENT = {"f8": "f4", "f4": "f4", "i8": "i4", "i4": "i4", "u1": "u1", "i1": "i1", "b1": "u1"}
-"""Kind of an array here -> kind on the way."""
-READ = {"f4": np.float64, "i4": np.int64, "u1": np.uint8, "i1": np.int8}
-"""Kind on the way -> type for whoever reads."""
-HEAD = struct.Struct("<4sI")
+SEQUENCES: dict[str, tuple[str, ...]] = {
+    "result": ("speed", "steering_angle", "status"),
+    "run": ("first", "last"),
+    "block": ("first", "last"),
+    "nearest": ("x", "y"),
+    "pose": ("x", "y", "yaw"),
+}
+"""Tuples of a trace, and what their items are called on the way."""
+WORDS = {"true": True, "false": False, "none": None}
+
+
+ARRAYS = {
+    driver: frozenset(column.source for table in tables for column in table.columns)
+    for driver, tables in TABLES.items()
+}
+"""Driver -> what of its trace is in a table."""
 
 
 @dataclass(frozen=True)
@@ -49,95 +65,74 @@ class TraceHeader:
     sent_angle: float = 0.0
 
 
-def encode(told: TraceHeader, trace: Mapping[str, Any]) -> bytes:
-    """A message. Raises ValueError where it would be too large or holds what cannot be sent."""
-    kinds: list[tuple[str, str, list[int]]] = []
-    bodies: list[bytes] = []
-    numbers = _numbers(trace, "", kinds, bodies)
-    header = json.dumps({"told": asdict(told), "numbers": numbers, "arrays": kinds}, default=float).encode()
-    message = b"".join([HEAD.pack(MAGIC, len(header)), header, *bodies])
-    if len(message) > MAX_BYTES or len(header) > MAX_HEADER or len(kinds) > MAX_ARRAYS:
-        raise ValueError(f"a trace of {len(message)} bytes in {len(kinds)} arrays is too large to be sent")
-    return message
+def topics_of(driver: str) -> dict[str, str]:
+    """Name under TRACE -> type, of what a step of this driver is published as."""
+    views = {name: view.kind for name, view in VIEWS.get(driver, {}).items()}
+    return {STATUS: ros.DIAGNOSTICS, **{table.name: ros.CLOUD for table in TABLES.get(driver, ())}, **views}
 
 
-def _numbers(trace: Mapping[str, Any], path: str, kinds: list[Any], bodies: list[bytes]) -> dict[str, Any]:
-    """The trace without its arrays, which go to `bodies`."""
-    rest: dict[str, Any] = {}
+def messages_of(
+    header: TraceHeader, trace: Mapping[str, Any], frame: str, laser: tuple[float, float], wanted: set[str]
+) -> Iterator[tuple[str, bytes]]:
+    """Name and bytes of each wanted message, the status last. laser: its x, y [m]. An empty trace has a status alone.
+    Raises ValueError where one would be too large or holds what cannot be sent."""
+    now = nanoseconds(header.time)
+    listed = {}
+    for table in TABLES.get(header.driver, ()) if trace else ():
+        if wanted.isdisjoint((table.name, STATUS)):
+            continue
+        rows = table.rows(trace, laser)
+        listed[table.name] = str(len(rows))
+        if rows.nbytes > MAX_BYTES:
+            raise ValueError(f"{table.name} of {rows.nbytes} bytes is too large to be sent")
+        if table.name in wanted:
+            yield table.name, ros.cloud(now, rows, frame)
+    for name, view in VIEWS.get(header.driver, {}).items() if trace else ():
+        if name in wanted:
+            for message in view.made(trace, now, header.step_us, frame):
+                yield name, message
+    if STATUS in wanted:
+        yield STATUS, _status(header, trace, now, frame, listed)
+
+
+def _status(header: TraceHeader, trace: Mapping[str, Any], now: int, frame: str, listed: Mapping[str, str]) -> bytes:
+    told = {name: _text(value) for name, value in vars(header).items()}
+    if not trace:
+        return ros.diagnostics(now, [Diagnosis(ros.HARDWARE, header.said, ros.WARN, told)], frame)
+    numbers = dict(_numbers(trace, "", ARRAYS.get(header.driver, frozenset())))
+    if len(numbers) > MAX_VALUES:
+        raise ValueError(f"{len(numbers)} numbers are too many to be sent")
+    about = [
+        ros.diagnosis(numbers.get("result.status", ""), told),
+        Diagnosis(NUMBERS, f"{len(numbers)} values", values=numbers),
+        Diagnosis(LISTED, f"{len(listed)} tables", values=listed),
+    ]
+    return ros.diagnostics(now, about, frame)
+
+
+def _numbers(trace: Mapping[str, Any], path: str, arrays: frozenset[str]) -> Iterator[tuple[str, str]]:
+    """Path and text of everything that is in no table."""
     for name, value in trace.items():
-        if isinstance(value, np.ndarray):
-            kind = SENT.get(value.dtype.str[1:])
-            if kind is None:
-                raise ValueError(f"{path}{name}: {value.dtype} cannot be sent")
-            kinds.append((path + name, kind, list(value.shape)))
-            bodies.append(value.astype("<" + kind).tobytes())
-        elif isinstance(value, Mapping):
-            rest[name] = _numbers(value, f"{path}{name}.", kinds, bodies)
+        place = path + name
+        if place in arrays:
+            continue
+        items = SEQUENCES.get(place) if type(value) is tuple else None
+        if items is not None and len(items) == len(value):
+            value = dict(zip(items, value, strict=True))
+        if isinstance(value, dict):
+            yield from _numbers(value, f"{place}.", arrays)
         else:
-            rest[name] = value
-    return rest
+            yield place, _text(value)
 
 
-def decode(message: bytes) -> tuple[TraceHeader, dict[str, Any]]:
-    """What was told and the trace, its arrays float64, int64 or of single bytes. Raises ValueError."""
-    if not HEAD.size < len(message) <= MAX_BYTES:
-        raise ValueError(f"{len(message)} bytes are no trace")
-    magic, length = HEAD.unpack_from(message)
-    if magic != MAGIC or not 2 <= length <= min(MAX_HEADER, len(message) - HEAD.size):
-        raise ValueError("this is no trace of this version of firstlap")
-    try:
-        header = json.loads(message[HEAD.size : HEAD.size + length])
-    except (ValueError, RecursionError) as error:
-        raise ValueError(f"the trace's header cannot be read: {str(error)[:80]}") from None
-    if not isinstance(header, dict) or not isinstance(header.get("numbers"), dict):
-        raise ValueError("the trace's header has no numbers")
-    trace = header["numbers"]
-    at = HEAD.size + length
-    for path, kind, shape in _arrays(header.get("arrays")):
-        size = math.prod(shape) * np.dtype(kind).itemsize
-        if at + size > len(message):
-            raise ValueError(f"{path} is cut off")
-        sent = np.frombuffer(message, "<" + kind, math.prod(shape), at)
-        with np.errstate(invalid="ignore"):  # a NaN of any kind stays one
-            array = sent.astype(READ[kind]).reshape(shape)
-        _put(trace, path, array)
-        at += size
-    if at != len(message):
-        raise ValueError(f"{len(message) - at} bytes too many")
-    return _told(header.get("told")), trace
-
-
-def _arrays(listed: Any) -> Iterator[tuple[str, str, list[int]]]:
-    if not isinstance(listed, list) or len(listed) > MAX_ARRAYS:
-        raise ValueError("the trace's list of arrays is none")
-    for one in listed:
-        path, kind, shape = one if isinstance(one, list) and len(one) == 3 else ("", "", [])
-        good = isinstance(path, str) and isinstance(kind, str) and kind in READ and isinstance(shape, list)
-        if not (good and 1 <= len(shape) <= 3 and all(type(n) is int and 0 <= n <= MAX_BYTES for n in shape)):
-            raise ValueError(f"the trace has an array that cannot be: {str(one)[:80]}")
-        yield path, kind, shape
-
-
-def _put(trace: dict[str, Any], path: str, array: npt.NDArray[Any]) -> None:
-    """Where its path says, beside the numbers."""
-    *folders, name = path.split(".")
-    for folder in folders:
-        trace = trace.setdefault(folder, {})
-        if not isinstance(trace, dict):
-            raise ValueError(f"{path[:80]}: {folder[:40]} is a number")
-    if name in trace:
-        raise ValueError(f"{path[:80]} comes twice")
-    trace[name] = array
-
-
-def _told(told: Any) -> TraceHeader:
-    types: dict[str, type] = {"str": str, "float": float, "bool": bool}
-    values: dict[str, Any] = {}
-    for row in fields(TraceHeader):
-        value = told.get(row.name) if isinstance(told, dict) else None
-        kind = types[str(row.type)]
-        value = float(value) if kind is float and type(value) is int else value
-        if type(value) is not kind or (isinstance(value, float) and not math.isfinite(value)):
-            raise ValueError(f"the trace says no {row.name}")
-        values[row.name] = value[:MAX_TEXT] if isinstance(value, str) else value
-    return TraceHeader(**values)
+def _text(value: object) -> str:
+    """A number in full, so that it comes back as it was."""
+    if value is None or isinstance(value, bool):
+        return "none" if value is None else "true" if value else "false"
+    if isinstance(value, (float, np.floating)):
+        return repr(float(value))
+    if isinstance(value, (int, np.integer)):
+        return str(int(value))
+    if isinstance(value, str):
+        return value[:MAX_TEXT]
+    raise ValueError(f"{type(value).__name__} {str(value)[:40]!r} cannot be sent")

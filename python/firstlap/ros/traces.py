@@ -1,18 +1,33 @@
-"""The driver's own thoughts for the pit wall, on ~/trace: only while somebody listens, and no oftener than asked."""
+"""The driver's trace on the topics under ~/trace: only while somebody listens, and no oftener than asked."""
 
 from __future__ import annotations
 
-import array
 import os
 import time
+from collections.abc import Iterator
+from contextlib import suppress
 from typing import Any
 
-from std_msgs.msg import UInt8MultiArray
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PointStamped
+from nav_msgs.msg import Path
+from sensor_msgs.msg import PointCloud2
+from std_msgs.msg import Float64MultiArray
+from visualization_msgs.msg import Marker
 
+from firstlap.recordings import log_messages as ros
 from firstlap.ros.node_parameters import value_of
 from firstlap.ros.qos import NEWEST
-from firstlap.ros.trace_message import TraceHeader, encode
+from firstlap.ros.trace_message import TRACE, TraceHeader, messages_of, topics_of
 
+CLASSES: dict[str, Any] = {
+    ros.DIAGNOSTICS: DiagnosticArray,
+    ros.POINT: PointStamped,
+    ros.PATH: Path,
+    ros.CLOUD: PointCloud2,
+    ros.ARRAY: Float64MultiArray,
+    ros.MARKER: Marker,
+}
 EARLY = 0.1
 """Part of a period that a trace may come before its time: scans are not to the microsecond."""
 
@@ -22,9 +37,19 @@ class Traces:
 
     def __init__(self, node: Any) -> None:
         self._node = node
-        self._publisher = node.create_publisher(UInt8MultiArray, "~/trace", NEWEST)
+        self._publishers = {
+            name: node.create_publisher(CLASSES[kind], f"~/{TRACE}/{name}", NEWEST)
+            for name, kind in topics_of(node.driving.setup.driver).items()
+        }
         self._born = f"{os.getpid()}-{time.time_ns()}"
         self._next = 0.0
+        self._prepare()
+
+    def _prepare(self) -> None:
+        """Makes the first messages for nobody: what they load and compile takes too long while the car drives."""
+        told = self._told((0.0, 0.0, 0.0), 0.0, 0.0, "", (0.0, 0.0))
+        with suppress(ValueError):  # said when it is to be sent
+            list(self._messages(told, self._node.driving.handle.trace, set(self._publishers)))
 
     def publish(self, state: tuple[float, float, float], stamp: float, spent: float, sent: tuple[float, float]) -> None:
         """After a step: state that it was given, end of its scan [s], time that it took [s], command that is sent."""
@@ -38,9 +63,13 @@ class Traces:
             why = (node.watchdog.tripped or "not armed") if node.active else "the node is not active"
             self._send(self._told(node.state.now(), node.now(), 0.0, why, (0.0, node.state.commanded)), {})
 
+    def _heard(self) -> set[str]:
+        """The topics that somebody listens to."""
+        return {name for name, publisher in self._publishers.items() if publisher.get_subscription_count()}
+
     def _wanted(self) -> bool:
         now, rate = time.monotonic(), value_of(self._node, "trace_rate")
-        if rate <= 0.0 or now < self._next - EARLY / rate or self._publisher.get_subscription_count() == 0:
+        if rate <= 0.0 or now < self._next - EARLY / rate or not self._heard():
             return False
         self._next = max(self._next + 1.0 / rate, now)
         return True
@@ -67,8 +96,12 @@ class Traces:
 
     def _send(self, told: TraceHeader, trace: Any) -> None:
         try:
-            message = encode(told, trace)
+            for name, message in self._messages(told, trace, self._heard()):
+                self._publishers[name].publish(message)
         except ValueError as error:
-            self._node.get_logger().error(str(error), throttle_duration_sec=5.0)
-            return
-        self._publisher.publish(UInt8MultiArray(data=array.array("B", message)))
+            self._node.get_logger().error(f"the trace: {error}", throttle_duration_sec=5.0)
+
+    def _messages(self, told: TraceHeader, trace: Any, wanted: set[str]) -> Iterator[tuple[str, bytes]]:
+        driving = self._node.driving
+        frame, laser = value_of(self._node, "base_frame"), driving.laser or driving.laser_given
+        return messages_of(told, trace, frame, laser, wanted)

@@ -19,6 +19,9 @@ from firstlap.mapping.occupancy_map import FREE, OCCUPIED, UNKNOWN, OccupancyMap
 from firstlap.mapping.poses import between
 from firstlap.pitwall.sim_race import Plan, SimRace
 from firstlap.pitwall.sim_source import SimSource
+from firstlap.recordings.messages import typestore
+from firstlap.ros.trace_message import TraceHeader, messages_of, topics_of
+from firstlap.ros.trace_reader import TraceReader
 from firstlap.sim.race import start_race
 from firstlap.sim.race_process import bare, packed
 from firstlap.tracks.track import Track
@@ -279,6 +282,21 @@ def test_explain_draws_a_step(cli, prepared):
     sets = [word for text in COARSE for word in ("--set", text)]
     said = cli("explain", "oval", "--driver", "global", *sets, "--at", 2)
     assert said.code == 0, said
+
+
+def test_every_array_of_its_trace_is_in_a_table(oval, prepared):
+    handle = driver_kind("global").make(coarse().params(CAR.core), CAR, prepared)
+    told = TraceHeader("7-1", "global", 12.5, 3.0, 0.1, -0.2, 45.0, True, "")
+    race = start_race(oval, handle, CAR, laps=1)
+    for steps in (0, 20):
+        race.advance(steps)
+        types = topics_of("global")
+        reader, sent = TraceReader(), messages_of(told, handle.trace, "base_link", (0.27, 0.0), set(types))
+        heard = [reader.hear(name, typestore().deserialize_cdr(data, types[name])) for name, data in sent]
+        _, got = next(step for step in heard if step)
+        assert got.keys() == handle.trace.keys()
+        np.testing.assert_allclose(got["plan"], handle.trace["plan"], atol=1e-5)
+        assert got["result"] == handle.trace["result"]
 
 
 def test_every_part_keeps_its_defaults():

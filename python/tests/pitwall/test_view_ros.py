@@ -1,123 +1,20 @@
-"""What the pit wall makes of messages, without ROS: traces on their way, places, walls of a map."""
+"""What the pit wall makes of messages, without ROS: traces, places, walls of a map."""
 
 from __future__ import annotations
 
-import json
 import math
-import struct
 import time
 from array import array
-from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
-import firstlap
 from firstlap.config.car_file import load_car
-from firstlap.config.driver_kind import DRIVERS, Preparation
-from firstlap.config.setup_file import choose_setup
 from firstlap.pitwall.places import Places, clearance, points_of
 from firstlap.pitwall.ros_source import MAP_TOPIC, RosSource
 from firstlap.ros.map_walls import walls_of
-from firstlap.ros.trace_message import HEAD, MAX_BYTES, TraceHeader, decode, encode
-from firstlap.sim.race import start_race
-
-TOLD = TraceHeader("7-1", "local", 12.5, 3.0, 0.1, -0.2, 45.0, True, "")
-
-
-def trace_of(driver: str, arena: firstlap.Track) -> dict[str, Any]:
-    """After a second on arena."""
-    setup, car = choose_setup(driver, None), load_car("default")
-    handle = DRIVERS[driver].make(setup.params(car.core), car, Preparation())
-    start_race(arena, handle, car, laps=1).advance(40)
-    return handle.trace
-
-
-def same(sent: Any, got: Any) -> None:
-    """To the precision of 32 bits."""
-    if isinstance(sent, dict):
-        assert sent.keys() == got.keys()
-        for name in sent:
-            same(sent[name], got[name])
-    elif isinstance(sent, np.ndarray):
-        assert sent.shape == got.shape
-        np.testing.assert_allclose(got, sent, rtol=1e-6, atol=1e-6)
-    else:
-        assert json.loads(json.dumps(sent)) == got
-
-
-@pytest.mark.parametrize("driver", ["local", "gap", "disparity", "pid"])
-def test_a_trace_comes_back_as_it_was_sent(driver: str, arena: firstlap.Track) -> None:
-    trace = trace_of(driver, arena)
-    told, got = decode(encode(TOLD, trace))
-    assert told == TOLD
-    same(trace, got)
-    assert got["result"][2] == "ok"
-
-
-def test_a_stop_needs_no_trace() -> None:
-    stop = replace(TOLD, going=False, said="no scan for 0.12 s")
-    assert decode(encode(stop, {})) == (stop, {})
-
-
-def test_what_cannot_be_sent_or_is_too_large_is_refused() -> None:
-    with pytest.raises(ValueError, match="cannot be sent"):
-        encode(TOLD, {"x": np.array(["text"])})
-    with pytest.raises(ValueError, match="too large"):
-        encode(TOLD, {"x": np.zeros(MAX_BYTES)})
-
-
-def packed(header: Any, body: bytes = b"") -> bytes:
-    """As `encode` packs it."""
-    text = json.dumps(header).encode()
-    return HEAD.pack(b"FLT1", len(text)) + text + body
-
-
-GOOD = {"told": TOLD.__dict__, "numbers": {}, "arrays": []}
-WRONG = {
-    "nothing": b"",
-    "another magic": struct.pack("<4sI", b"PICK", 2) + b"{}",
-    "a header longer than the message": HEAD.pack(b"FLT1", 1000) + b"{}",
-    "no JSON": HEAD.pack(b"FLT1", 4) + b"{{{{",
-    "a deep header": HEAD.pack(b"FLT1", 100_000) + b"[" * 100_000,
-    "no numbers": packed({"told": TOLD.__dict__}),
-    "told by a list": packed({**GOOD, "told": [1]}),
-    "a speed of text": packed({**GOOD, "told": {**TOLD.__dict__, "speed": "fast"}}),
-    "a time that is none": packed({**GOOD, "told": {**TOLD.__dict__, "time": math.nan}}),
-    "an array of objects": packed({**GOOD, "arrays": [["x", "O", [1]]]}, bytes(8)),
-    "a kind that is a list": packed({**GOOD, "arrays": [["x", ["f4"], [1]]]}, bytes(4)),
-    "an array of negative size": packed({**GOOD, "arrays": [["x", "f4", [-1]]]}),
-    "a huge array": packed({**GOOD, "arrays": [["x", "f4", [2_000_000, 2_000_000, 2_000_000]]]}),
-    "an array that is cut off": packed({**GOOD, "arrays": [["x", "f4", [3]]]}, bytes(8)),
-    "bytes too many": packed(GOOD, b"!"),
-    "an array twice": packed({**GOOD, "arrays": [["x", "f4", [1]], ["x", "f4", [1]]]}, bytes(8)),
-    "an array in a number": packed({**GOOD, "numbers": {"x": 1}, "arrays": [["x.y", "f4", [1]]]}, bytes(4)),
-    "too many arrays": packed({**GOOD, "arrays": [[f"x{i}", "f4", [0]] for i in range(300)]}),
-}
-
-
-@pytest.mark.parametrize("wrong", WRONG)
-def test_a_message_that_is_no_trace_is_refused(wrong: str) -> None:
-    with pytest.raises(ValueError, match=r"\w"):
-        decode(WRONG[wrong])
-
-
-def test_any_cut_or_flipped_trace_is_refused_or_harmless(arena: firstlap.Track) -> None:
-    message = encode(TOLD, trace_of("gap", arena))
-    rng = np.random.default_rng(3)
-    for _ in range(300):
-        broken = bytearray(message[: int(rng.integers(0, len(message) + 1))])
-        for at in rng.integers(0, max(len(broken), 1), 4):
-            if broken:
-                broken[at] ^= int(rng.integers(1, 256))
-        try:
-            told, trace = decode(bytes(broken))
-        except ValueError:
-            continue
-        assert math.isfinite(told.time)
-        assert isinstance(trace, dict)
 
 
 def odometry(stamp: float, x: float, yaw: float, frame: str, speed: float = 1.0) -> Any:

@@ -23,6 +23,7 @@ from firstlap.evaluation.replay.replay import replay
 from firstlap.recordings import load_recording
 from firstlap.recordings import log_messages as ros
 from firstlap.recordings.messages import typestore
+from firstlap.recordings.trace_tables import TABLES, TRAJECTORY
 from firstlap.recordings.write import TOPICS
 
 EXTRA = {"/scan", "/odom", "/joint_states", "/drive", "/tf", "/tf_static", "/ground_truth/odom"}
@@ -161,10 +162,13 @@ def test_another_programs_reader_finds_standard_messages(logged):
             odom.translation.y + s * base.translation.x + c * base.translation.y,
         )
         assert found == pytest.approx((x, y), abs=1e-9)
-    clouds = [np.frombuffer(m.data.tobytes(), dtype="<f4").reshape(-1, 6) for m in seen["/firstlap/trajectory"]]
+    clouds = [np.frombuffer(m.data.tobytes(), dtype=TRAJECTORY.dtype) for m in seen["/firstlap/trajectory"]]
     paths = [[(p.pose.position.x, p.pose.position.y) for p in m.poses] for m in seen["/firstlap/path"]]
-    assert all(np.allclose(cloud[:, :2], path) for cloud, path in zip(clouds, paths, strict=True))
-    assert max(cloud[:, 5].max() for cloud in clouds) < 4.5
+    assert all(
+        np.allclose(np.column_stack([cloud["x"], cloud["y"]]), path) for cloud, path in zip(clouds, paths, strict=True)
+    )
+    assert max(cloud["velocity"].max() for cloud in clouds) < 4.5
+    assert all((np.diff(cloud["s"]) > 0.0).all() for cloud in clouds)
 
 
 def test_a_template_gives_what_the_library_gives():
@@ -182,11 +186,32 @@ def test_a_template_gives_what_the_library_gives():
         )
         for x, y, yaw in rows.tolist()
     ]
-    whole = typestore().serialize_cdr(ros.make(ros.PATH, ros.stamped(now, "base_link"), poses), ros.PATH)
-    assert ros.path(now, rows) == bytes(whole)
-    assert ros.path(now, rows[:0]) == bytes(
-        typestore().serialize_cdr(ros.make(ros.PATH, ros.stamped(now, "base_link"), []), ros.PATH)
-    )
+    for count in (0, 1, 2, 3, 7):
+        message = ros.make(ros.PATH, ros.stamped(now, "base_link"), poses[:count])
+        assert ros.path(now, rows[:count]) == bytes(typestore().serialize_cdr(message, ros.PATH))
+        wall = typestore().deserialize_cdr(ros.wall(now, "left", rows[:count]), ros.MARKER)
+        assert [(point.x, point.y) for point in wall.points] == [(x, y) for x, y, _ in rows[:count].tolist()]
+        assert bytes(typestore().serialize_cdr(wall, ros.MARKER)) == ros.wall(now, "left", rows[:count])
+
+
+@pytest.mark.parametrize("frame", ["", "b", "car1/base_link"])
+@pytest.mark.parametrize("count", [0, 1, 6])
+def test_clouds_and_diagnostics_are_what_the_library_writes(frame, count):
+    now = 1_700_000_000_123_456_789
+    for table in (table for tables in TABLES.values() for table in tables):
+        rows = np.frombuffer(np.random.default_rng(count).bytes(count * table.dtype.itemsize), table.dtype)
+        written = ros.cloud(now, rows, frame)
+        message = typestore().deserialize_cdr(written, ros.CLOUD)
+        assert bytes(typestore().serialize_cdr(message, ros.CLOUD)) == written
+        assert (message.width, message.height, message.header) == (count, 1, ros.stamped(now, frame))
+        assert [field.name for field in message.fields] == list(table.dtype.names or ())
+        assert bytes(message.data) == rows.tobytes()
+    values = {"k" * i: "ü" * i for i in range(count)}
+    written = ros.diagnostics(now, [ros.Diagnosis("a", "bc", ros.WARN, values), ros.diagnosis("ok")], frame)
+    message = typestore().deserialize_cdr(written, ros.DIAGNOSTICS)
+    assert bytes(typestore().serialize_cdr(message, ros.DIAGNOSTICS)) == written
+    assert {one.key: one.value for one in message.status[0].values} == values
+    assert [(one.name, one.message, one.level) for one in message.status] == [("a", "bc", 1), ("firstlap", "ok", 0)]
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals")

@@ -13,7 +13,7 @@ import rclpy
 from nav_msgs.msg import Odometry
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import Imu, JointState, Joy
-from std_msgs.msg import Bool, String, UInt8MultiArray
+from std_msgs.msg import Bool, String
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
@@ -26,9 +26,12 @@ from firstlap.ros.drive_node import DriveNode
 from firstlap.ros.latency import lap_of_scans
 from firstlap.ros.process import pause_gc
 from firstlap.ros.qos import NEWEST, NEWEST_LATCHED
+from firstlap.ros.trace_message import TRACE, topics_of
+from firstlap.ros.traces import CLASSES
 
 pytestmark = pytest.mark.dds
 
+TRACES = f"/firstlap_drive/{TRACE}"
 LIMIT = 0.02
 """[s] of CPU time of the thread, however busy the machine is: less than the period of a scan of 40 Hz. One import of a
 part of numpy took 0.046 s."""
@@ -63,7 +66,10 @@ class Bench:
         self.button = self.watcher.create_publisher(Bool, "/emergency_stop", NEWEST_LATCHED)
         self.heard = [
             self.watcher.create_subscription(MarkerArray, "/firstlap_drive/markers", lambda _: None, 1),
-            self.watcher.create_subscription(UInt8MultiArray, "/firstlap_drive/trace", lambda _: None, NEWEST),
+        ]
+        self.heard += [
+            self.watcher.create_subscription(CLASSES[kind], f"{TRACES}/{name}", lambda _: None, NEWEST)
+            for name, kind in topics_of("local").items()
         ]
         self.scans, self.states, self.header = lap_of_scans(setup, "arena")
         self.pose = (0.0, 0.0, 0.0)
@@ -135,7 +141,7 @@ def test_no_callback_takes_long_and_none_imports_anything(bench: Bench, monkeypa
     node = bench.node
     node.trigger_configure()
     monkeypatch.setattr("firstlap.ros.other_drivers.SETTLE", 0.0)
-    for topic in ("/firstlap_drive/markers", "/firstlap_drive/trace"):
+    for topic in ("/firstlap_drive/markers", *(f"{TRACES}/{name}" for name in topics_of("local"))):
         while not node.count_subscribers(topic):
             time.sleep(0.02)
     pause_gc()

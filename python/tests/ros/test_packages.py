@@ -15,6 +15,7 @@ import yaml
 import firstlap
 from firstlap.common.errors import InputError
 from firstlap.ros import require_ros
+from firstlap.ros.trace_message import topics_of
 
 ROOT = Path(__file__).resolve().parents[3]
 PACKAGE = ROOT / "ros" / "firstlap_ros"
@@ -121,3 +122,7 @@ def test_the_layouts_show_the_topics_that_the_nodes_have() -> None:
     rviz = yaml.safe_load((PACKAGE / "rviz" / "firstlap.rviz").read_text())
     topics = {one.get("Topic", {}).get("Value") for one in rviz["Visualization Manager"]["Displays"]}
     assert {"/scan", "/odom", "/firstlap_drive/markers"} <= topics
+    under = "/firstlap_drive/trace/"
+    shown = [topic for topic in (*topics, *layout["configById"]["3D!scene"]["topics"]) if topic and under in topic]
+    assert len(shown) > 4
+    assert {topic.removeprefix(under) for topic in shown} <= topics_of("local").keys()
