@@ -58,10 +58,10 @@ def drive(track: Track, setup: Setup, car: Car, prepared: Preparation, mode: str
     end, then = np.inf, 0.0
     while race.advance(1) and race.time < end:
         if mode == "wall":
-            then = max(then, race.state()["speed"])
+            then = max(then, race.state().speed)
         elif end == np.inf and race.time > 0.5 and at <= race.s < at + 1.0:
             let_down(handle.driver, mode, direction)  # type: ignore[attr-defined]
-            end, then = race.time + (AFTER if mode == "lost" else np.inf), race.state()["speed"]
+            end, then = race.time + (AFTER if mode == "lost" else np.inf), race.state().speed
             mode = "done" if mode == "kidnap" else mode
     return race.result(), then
 
@@ -69,7 +69,7 @@ def drive(track: Track, setup: Setup, car: Car, prepared: Preparation, mode: str
 def on_box(race_now: Any, driver: Any, box: Any) -> bool:
     """Whether the last scan has returns enough on the box (x, y, yaw of its middle)."""
     seen = driver.seen
-    near = returns(seen["ranges"], seen["header"], *race_now[1:], driver.guard.body, seen["header"].range_max)
+    near = returns(seen["scan"], *race_now[1:], driver.guard.body, seen["scan"].range_max)
     local = transform(between(np.array(box), np.zeros(3)), transform(np.array(race_now[0]), near))
     inside = (np.abs(local[:, 0]) < 0.5 * BOX_LENGTH + TOUCH) & (np.abs(local[:, 1]) < 0.5 * BOX_WIDTH + TOUCH)
     return bool(inside.sum() >= driver.parts.guard.blocking)
@@ -88,12 +88,12 @@ def to_box(track: Track, setup: Setup, car: Car, prepared: Preparation, box: Box
         state, pose = running.state(), running.pose
         box_now = running.result()["obstacle"] if then is None else None
         place = (box_now["x"], box_now["y"], box_now["yaw"]) if box_now else (np.inf, np.inf, 0.0)
-        if box_now and on_box((pose, state["speed"], state["yaw_rate"]), handle.driver, place):  # type: ignore[attr-defined]
+        if box_now and on_box((pose, state.speed, state.yaw_rate), handle.driver, place):  # type: ignore[attr-defined]
             way = np.hypot(place[0] - pose[0], place[1] - pose[1]) - nose - 0.5 * BOX_LENGTH
             then = (
-                state["speed"],
+                state.speed,
                 float(way),
-                stopping_distance(car, state["speed"], abs(state["speed"] * state["yaw_rate"])),
+                stopping_distance(car, state.speed, abs(state.speed * state.yaw_rate)),
             )
     return running.result(), *(then or (0.0, 0.0, 0.0))
 

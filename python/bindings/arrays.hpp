@@ -38,4 +38,14 @@ Numpy<T, 1> column(const Range& items, Value&& value) {
   return to_numpy(std::move(values));
 }
 
+// The same for yes and no. A vector of bool is no array.
+template <class Range, class Value>
+Numpy<bool, 1> flags(const Range& items, Value&& value) {
+  auto* owned = new bool[items.size()];
+  const nb::capsule owner(owned, [](void* p) noexcept { delete[] static_cast<bool*>(p); });
+  std::size_t i = 0;
+  for (const auto& item : items) owned[i++] = value(item);
+  return Numpy<bool, 1>(owned, {items.size()}, owner);
+}
+
 }  // namespace firstlap::bindings

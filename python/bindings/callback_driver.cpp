@@ -9,28 +9,15 @@
 #include <utility>
 #include <vector>
 
-#include "arrays.hpp"
+#include "laser_scan.hpp"
 
 namespace firstlap::bindings {
 namespace {
 
-constexpr Status all_statuses[] = {Status::ok,      Status::holding,  Status::no_path,
-                                   Status::blocked, Status::bad_scan, Status::bad_state};
-
 Status status_named(const std::string& name) {
-  for (const Status status : all_statuses)
+  for (const Status status : statuses)
     if (name == to_string(status)) return status;
   throw std::invalid_argument("the driver gave the unknown status '" + name + "'");
-}
-
-nb::dict header_of(const LaserScan& scan) {
-  nb::dict header;
-  header["angle_min"] = scan.angle_min;
-  header["angle_increment"] = scan.angle_increment;
-  header["time_increment"] = scan.time_increment;
-  header["range_min"] = scan.range_min;
-  header["range_max"] = scan.range_max;
-  return header;
 }
 
 StepResult to_result(const nb::object& answer) {
@@ -46,9 +33,7 @@ StepResult CallbackDriver::step(const LaserScan& scan, const VehicleState& state
   if (!failed_) {
     const nb::gil_scoped_acquire gil;
     try {
-      const StepResult result =
-          to_result(driver_.attr("step")(to_numpy(std::vector<float>(scan.ranges.begin(), scan.ranges.end())),
-                                         state.speed, state.yaw_rate, state.steering_angle, dt, header_of(scan)));
+      const StepResult result = to_result(driver_.attr("step")(BoundScan::of(scan), state, dt));
       steering_ = result.command.steering_angle;
       return result;
     } catch (...) {

@@ -11,8 +11,8 @@ namespace firstlap::bindings {
 
 namespace nb = nanobind;
 
-// Calls `step(ranges, speed, yaw_rate, steering_angle, dt, header)` and `reset()` of a Python object, taking the
-// GIL for it. What the object raises is kept for `raise_error`; from then on the car is told to stop.
+// Calls `step(scan, state, dt)` and `reset()` of a Python object, taking the GIL for it. What the object raises is kept
+// for `raise_error`; from then on the car is told to stop.
 class CallbackDriver final : public Driver {
  public:
   explicit CallbackDriver(nb::object driver) : driver_(std::move(driver)) {}

@@ -1,19 +1,14 @@
 // Poses and clouds as Python hands them over.
 #pragma once
 
-#include <cstdint>
-#include <nanobind/ndarray.h>
 #include <stdexcept>
 #include <vector>
 
 #include "arrays.hpp"
 #include "firstlap/mapping/cloud.hpp"
+#include "views.hpp"
 
 namespace firstlap::bindings {
-
-using Ranges = nb::ndarray<const float, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
-using Rows = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
-using Mask = nb::ndarray<const std::uint8_t, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 
 inline nb::tuple as_tuple(const Pose2& pose) { return nb::make_tuple(pose.x, pose.y, pose.yaw); }
 

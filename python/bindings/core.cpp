@@ -1,17 +1,14 @@
 // The method: parameters, one step, and the trace of it.
 #include <cstdint>
-#include <nanobind/ndarray.h>
-#include <span>
 
 #include "arrays.hpp"
 #include "firstlap/drivers/racer.hpp"
+#include "laser_scan.hpp"
 #include "modules.hpp"
 #include "tables.hpp"
 
 namespace firstlap::bindings {
 namespace {
-
-using Ranges = nb::ndarray<const float, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 
 // Anything with x and y as rows (N, 2).
 template <class Range, class ToPoint>
@@ -148,14 +145,11 @@ nb::dict as_dict(const Trace& trace) {
   return entry;
 }
 
-nb::tuple step(Driver& driver, const Ranges& ranges, double speed, double yaw_rate, double steering_angle, double dt,
-               double angle_min, double angle_increment, double time_increment, double range_min, double range_max) {
-  const LaserScan scan{angle_min, angle_increment, time_increment,
-                       range_min, range_max,       {ranges.data(), ranges.shape(0)}};
+nb::tuple step(Driver& driver, const BoundScan& scan, const VehicleState& state, double dt) {
   StepResult result;
   {
     const nb::gil_scoped_release release;
-    result = driver.step(scan, {speed, yaw_rate, steering_angle}, dt);
+    result = driver.step(scan.scan(), state, dt);
   }
   return as_tuple(result);
 }
@@ -166,10 +160,8 @@ void bind_core(nb::module_& m) {
   bind_sections<Params>(m, "Params", "Every parameter of the method, in sections.");
   nb::class_<Driver>(m, "Driver", "Scan and state in, command out.")
       .def("reset", &Driver::reset, "Forgets everything.")
-      .def("step", &step, nb::arg("ranges").noconvert(), nb::arg("speed"), nb::arg("yaw_rate"),
-           nb::arg("steering_angle"), nb::arg("dt"), nb::arg("angle_min"), nb::arg("angle_increment"),
-           nb::arg("time_increment"), nb::arg("range_min"), nb::arg("range_max"),
-           "Speed [m/s], wheel angle [rad] and status for a float32 scan, which is not copied. Releases the GIL.");
+      .def("step", &step, nb::arg("scan"), nb::arg("state"), nb::arg("dt"),
+           "Speed [m/s], wheel angle [rad] and status. dt: [s] since the scan before. Releases the GIL.");
   nb::class_<Racer, Driver>(m, "Racer", "The method: one scan in, one command out.")
       .def(nb::init<const Params&>(), nb::arg("params"), "Raises ValueError with field, value and range.")
       .def("set_params", &Racer::set_params, nb::arg("params"),

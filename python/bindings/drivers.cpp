@@ -113,8 +113,8 @@ void bind_drivers(nb::module_& m) {
   bind_driver<CenterPid, drivers::CenterPidParams>(m, "CenterPid", "Steers to the middle between the walls.");
   nb::class_<CallbackDriver, Driver>(m, "CallbackDriver", "A driver that is written in Python.")
       .def(nb::init<nb::object>(), nb::arg("driver"),
-           "`driver` has reset() and step(ranges, speed, yaw_rate, steering_angle, dt, header) -> (speed, "
-           "steering_angle, status); header is a dict as of a scan. What it raises ends the race.")
+           "`driver` has reset() and step(scan: LaserScan, state: VehicleState, dt) -> (speed, steering_angle, "
+           "status). What it raises ends the race.")
       .def("raise_error", &CallbackDriver::raise_error,
            "Raises what the Python object raised, once; until its reset the car is told to stop.");
 }

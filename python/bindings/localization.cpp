@@ -1,6 +1,5 @@
 // Localization: the likelihood field and the particle filter on it.
 #include <cstdint>
-#include <nanobind/ndarray.h>
 #include <stdexcept>
 #include <vector>
 
@@ -9,6 +8,7 @@
 #include "firstlap/localization/likelihood_field.hpp"
 #include "firstlap/localization/localizer.hpp"
 #include "firstlap/sim/car.hpp"
+#include "laser_scan.hpp"
 #include "modules.hpp"
 #include "tables.hpp"
 
@@ -37,15 +37,11 @@ nb::tuple as_tuple(const localization::Estimate& e) {
                         e.command_scale);
 }
 
-nb::tuple step(localization::Localizer& localizer, const Ranges& ranges, double speed, double yaw_rate,
-               double steering_angle, double dt, double angle_min, double angle_increment, double time_increment,
-               double range_min, double range_max) {
-  const LaserScan scan{angle_min, angle_increment, time_increment,
-                       range_min, range_max,       {ranges.data(), ranges.shape(0)}};
+nb::tuple step(localization::Localizer& localizer, const BoundScan& scan, const VehicleState& state, double dt) {
   localization::Estimate estimate;
   {
     const nb::gil_scoped_release release;
-    estimate = localizer.step(scan, {speed, yaw_rate, steering_angle}, dt);
+    estimate = localizer.step(scan.scan(), state, dt);
   }
   return as_tuple(estimate);
 }
@@ -89,21 +85,16 @@ void bind_localization(nb::module_& m) {
             self.displace({x, y, yaw});
           },
           nb::arg("x"), nb::arg("y"), nb::arg("yaw"), "Shifts all that it believes, in base_link: a kidnapped car.")
-      .def("step", &step, nb::arg("ranges").noconvert(), nb::arg("speed"), nb::arg("yaw_rate"),
-           nb::arg("steering_angle"), nb::arg("dt"), nb::arg("angle_min"), nb::arg("angle_increment"),
-           nb::arg("time_increment"), nb::arg("range_min"), nb::arg("range_max"),
-           "x, y, yaw, std, std_yaw, fit, searching, lost, speed_scale, command_scale for a float32 scan. Releases the "
-           "GIL.")
+      .def("step", &step, nb::arg("scan"), nb::arg("state"), nb::arg("dt"),
+           "x, y, yaw, std, std_yaw, fit, searching, lost, speed_scale, command_scale. Releases the GIL.")
       .def("commanded", &localization::Localizer::commanded, nb::arg("speed"),
            "The speed command [m/s] that was given after the last step.")
       .def(
           "predict",
-          [](const localization::Localizer& self, double x, double y, double yaw, double speed, double yaw_rate,
-             double time) {
-            return as_tuple(localization::predicted({x, y, yaw}, {speed, yaw_rate, 0.0}, self.params().motion, time));
+          [](const localization::Localizer& self, const nb::tuple& pose, const VehicleState& state, double time) {
+            return as_tuple(localization::predicted(to_pose(pose), state, self.params().motion, time));
           },
-          nb::arg("x"), nb::arg("y"), nb::arg("yaw"), nb::arg("speed"), nb::arg("yaw_rate"), nb::arg("time"),
-          "The pose so many seconds later.")
+          nb::arg("pose"), nb::arg("state"), nb::arg("time"), "The pose so many seconds later.")
       .def_prop_ro("particles", &localization::Localizer::particles, "How many there are now.");
 }
 

@@ -1,6 +1,5 @@
 // Mapping: clouds, matching, occupancy grids.
 #include <cstdint>
-#include <nanobind/ndarray.h>
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
 #include <optional>
@@ -18,6 +17,7 @@
 #include "firstlap/mapping/scan_motion.hpp"
 #include "firstlap/perception/scan_check.hpp"
 #include "firstlap/sim/car.hpp"
+#include "laser_scan.hpp"
 #include "modules.hpp"
 #include "tables.hpp"
 
@@ -27,11 +27,9 @@ namespace {
 using mapping::CloudPoint;
 using mapping::MapParams;
 
-nb::tuple make_cloud(mapping::CloudMaker& maker, const Ranges& ranges, double speed, double yaw_rate, double angle_min,
-                     double angle_increment, double time_increment, double range_min, double range_max, double period) {
-  const LaserScan scan{angle_min, angle_increment, time_increment,
-                       range_min, range_max,       {ranges.data(), ranges.shape(0)}};
-  if (!maker.make(scan, {speed, yaw_rate, 0.0}, period)) {
+nb::tuple make_cloud(mapping::CloudMaker& maker, const BoundScan& bound, const VehicleState& state, double period) {
+  const LaserScan& scan = bound.scan();
+  if (!maker.make(scan, state, period)) {
     throw std::invalid_argument(explain_fault(scan, {}, judge(scan)));
   }
   std::vector<double> cloud, points;
@@ -53,14 +51,11 @@ nb::tuple match_cloud(const Rows& rows, const mapping::ReferenceCloud& reference
   return nb::make_tuple(as_tuple(found.pose), found.fit, found.rms, to_numpy(std::move(information), 3));
 }
 
-nb::object add_scan(mapping::ScanMotion& motion, const Ranges& ranges, double time, double angle_min,
-                    double angle_increment, double time_increment, double range_min, double range_max) {
-  const LaserScan scan{angle_min, angle_increment, time_increment,
-                       range_min, range_max,       {ranges.data(), ranges.shape(0)}};
+nb::object add_scan(mapping::ScanMotion& motion, const BoundScan& scan, double time) {
   std::optional<mapping::ScanStep> step;
   {
     const nb::gil_scoped_release release;
-    step = motion.add(scan, time);
+    step = motion.add(scan.scan(), time);
   }
   if (!step) return nb::none();
   const Pose2& moved = step->motion;
@@ -103,9 +98,7 @@ void bind_mapping(nb::module_& m) {
             new (self) mapping::CloudMaker(params.cloud, car.geometry);
           },
           nb::arg("params"), nb::arg("car"))
-      .def("make", &make_cloud, nb::arg("ranges").noconvert(), nb::arg("speed"), nb::arg("yaw_rate"),
-           nb::arg("angle_min"), nb::arg("angle_increment"), nb::arg("time_increment"), nb::arg("range_min"),
-           nb::arg("range_max"), nb::arg("period") = 0.0,
+      .def("make", &make_cloud, nb::arg("scan"), nb::arg("state"), nb::arg("period") = 0.0,
            "cloud (N, 4) x, y, nx, ny and all points (P, 3) x, y, range. Raises ValueError for a bad header.");
   nb::class_<mapping::ReferenceCloud>(m, "ReferenceCloud", "Wall points with normals, found by place.")
       .def(
@@ -124,8 +117,7 @@ void bind_mapping(nb::module_& m) {
             new (self) mapping::ScanMotion(params.cloud, params.match, car.geometry);
           },
           nb::arg("params"), nb::arg("car"))
-      .def("add", &add_scan, nb::arg("ranges").noconvert(), nb::arg("time"), nb::arg("angle_min"),
-           nb::arg("angle_increment"), nb::arg("time_increment"), nb::arg("range_min"), nb::arg("range_max"),
+      .def("add", &add_scan, nb::arg("scan"), nb::arg("time"),
            "begin and end [s], forward, left [m], turn [rad] since the scan that was kept before, share of points "
            "that fit, and share that tells how far the car went; None until there is something to tell. time: [s] of "
            "the last beam. Releases the GIL.")

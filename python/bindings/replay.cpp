@@ -3,7 +3,6 @@
 #include <chrono>
 #include <cstdint>
 #include <nanobind/nanobind.h>
-#include <nanobind/ndarray.h>
 #include <stdexcept>
 #include <vector>
 
@@ -11,22 +10,19 @@
 #include "firstlap/drivers/racer.hpp"
 #include "firstlap/sim/race.hpp"
 #include "modules.hpp"
+#include "records.hpp"
 #include "step_log.hpp"
+#include "views.hpp"
 
 namespace firstlap::bindings {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-using Floats = nb::ndarray<const float, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
-using Sizes = nb::ndarray<const std::int64_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
-using Column = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
-using Rows = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+constexpr std::size_t header_columns = column_count<LaserScan>;
+constexpr std::size_t state_columns = column_count<VehicleState>;
 
-constexpr std::size_t header_columns = 5;
-constexpr std::size_t state_columns = 3;
-
-void check_shapes(const Floats& ranges, const Sizes& sizes, const Rows& headers, const Rows& states,
-                  const Column& dts) {
+void check_shapes(const Ranges& ranges, const Counts& sizes, const Rows& headers, const Rows& states,
+                  const Values& dts) {
   const std::size_t n = sizes.shape(0);
   if (headers.shape(0) != n || headers.shape(1) != header_columns || states.shape(0) != n ||
       states.shape(1) != state_columns || dts.shape(0) != n)
@@ -44,8 +40,8 @@ const Trace* trace_of(const Driver& driver) {
   return racer == nullptr ? nullptr : &racer->trace();
 }
 
-nb::dict replay(Driver& driver, const Floats& ranges, const Sizes& sizes, const Rows& headers, const Rows& states,
-                const Column& dts) {
+nb::dict replay(Driver& driver, const Ranges& ranges, const Counts& sizes, const Rows& headers, const Rows& states,
+                const Values& dts) {
   check_shapes(ranges, sizes, headers, states, dts);
   StepLog log;
   {
@@ -53,21 +49,17 @@ nb::dict replay(Driver& driver, const Floats& ranges, const Sizes& sizes, const 
     const float* next = ranges.data();
     for (std::size_t i = 0; i < sizes.shape(0); ++i) {
       const auto size = static_cast<std::size_t>(sizes.data()[i]);
-      const double* h = headers.data() + header_columns * i;
-      const double* state = states.data() + state_columns * i;
-      const LaserScan scan{h[0], h[1], h[2], h[3], h[4], {next, size}};
+      auto scan = from_row<LaserScan>(headers.data() + header_columns * i);
+      scan.ranges = {next, size};
+      const auto state = from_row<VehicleState>(states.data() + state_columns * i);
       const Clock::time_point begin = Clock::now();
-      const StepResult result = driver.step(scan, {state[0], state[1], state[2]}, dts.data()[i]);
+      const StepResult result = driver.step(scan, state, dts.data()[i]);
       const std::chrono::duration<double, std::micro> spent = Clock::now() - begin;
       log.add(result, trace_of(driver), spent.count());
       next += size;
     }
   }
   return log.take();
-}
-
-void put_state(const VehicleState& state, std::vector<double>& rows) {
-  rows.insert(rows.end(), {state.speed, state.yaw_rate, state.steering_angle});
 }
 
 // A driver that keeps what it was given and what it made of it. For races that are logged, not for a car: it
@@ -83,9 +75,8 @@ class LoggedDriver final : public Driver {
     log_.add(result, trace_of(driver_), spent.count());
     ranges_.insert(ranges_.end(), scan.ranges.begin(), scan.ranges.end());
     sizes_.push_back(static_cast<std::int64_t>(scan.ranges.size()));
-    headers_.insert(headers_.end(),
-                    {scan.angle_min, scan.angle_increment, scan.time_increment, scan.range_min, scan.range_max});
-    put_state(state, measured_);
+    append_row(scan, headers_);
+    append_row(state, measured_);
     dts_.push_back(dt);
     return result;
   }
@@ -133,9 +124,8 @@ nb::dict truth(const sim::Race& race, std::size_t first) {
 void bind_replay(nb::module_& m) {
   m.def("replay", &replay, nb::arg("driver"), nb::arg("ranges").noconvert(), nb::arg("sizes"), nb::arg("headers"),
         nb::arg("states"), nb::arg("dts"),
-        "Steps through N scans that stand end to end in `ranges`. headers (N, 5): angle_min, angle_increment, "
-        "time_increment, range_min, range_max; states (N, 3): speed, yaw_rate, steering_angle. Returns columns, see "
-        "firstlap.recordings.step_log.");
+        "Steps through N scans that stand end to end in `ranges`. headers (N, 5) and states (N, 3): rows of the tables "
+        "of LaserScan and VehicleState. Returns columns, see firstlap.recordings.step_log.");
   nb::class_<LoggedDriver, Driver>(m, "LoggedDriver", "A driver that keeps what it was given and what it made of it.")
       .def(nb::init<Driver&>(), nb::arg("driver"), nb::keep_alive<1, 2>())
       .def(

@@ -1,24 +1,21 @@
-// Which scans may be used.
-#include <cstdint>
-#include <nanobind/ndarray.h>
+// Scans and states as drivers take them, and which scans may be used.
 #include <nanobind/stl/string.h>
 #include <string>
-#include <vector>
+#include <utility>
 
 #include "arrays.hpp"
 #include "firstlap/perception/scan_check.hpp"
 #include "firstlap/perception/scan_period.hpp"
+#include "firstlap/sim/lidar.hpp"
+#include "laser_scan.hpp"
 #include "modules.hpp"
+#include "records.hpp"
 
 namespace firstlap::bindings {
 namespace {
 
-using Ranges = nb::ndarray<const float, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
-
-nb::tuple judge_scan(const Ranges& ranges, double angle_min, double angle_increment, double time_increment,
-                     double range_min, double range_max, double period, double angle_max) {
-  const LaserScan scan{angle_min, angle_increment, time_increment,
-                       range_min, range_max,       {ranges.data(), ranges.shape(0)}};
+nb::tuple judge_scan(const BoundScan& bound, double period, double angle_max) {
+  const LaserScan& scan = bound.scan();
   const ScanContext context{period, angle_max};
   const ScanJudgement judgement = judge(scan, context);
   nb::list remarks;
@@ -29,20 +26,50 @@ nb::tuple judge_scan(const Ranges& ranges, double angle_min, double angle_increm
   return nb::make_tuple(to_string(judgement.fault), explain_fault(scan, context, judgement), remarks);
 }
 
-Numpy<std::uint8_t, 1> returns(const Ranges& ranges, double range_min, double range_max) {
-  const LaserScan scan{.range_min = range_min, .range_max = range_max, .ranges = {ranges.data(), ranges.shape(0)}};
-  return column<std::uint8_t>(scan.ranges, [&](float r) { return is_return(scan, static_cast<double>(r)); });
+Numpy<bool, 1> returns(const BoundScan& bound) {
+  const LaserScan& scan = bound.scan();
+  return flags(scan.ranges, [&](float r) { return is_return(scan, static_cast<double>(r)); });
+}
+
+// The header's defaults are those of the default car's LiDAR; all beams of one moment.
+void bind_laser_scan(nb::module_& m) {
+  const sim::LidarParams lidar;
+  nb::class_<BoundScan> bound(
+      m, "LaserScan",
+      "One sweep of a planar LiDAR, as sensor_msgs/LaserScan. The seam between its first and last beam may lie "
+      "anywhere, and it may turn either way. A range that is not finite, or not between range_min and range_max, is no "
+      "return (REP 117).");
+  bound
+      .def(
+          "__init__",
+          [](BoundScan* self, Ranges ranges, double angle_min, double angle_increment, double time_increment,
+             double range_min, double range_max) {
+            new (self)
+                BoundScan(std::move(ranges), {angle_min, angle_increment, time_increment, range_min, range_max, {}});
+          },
+          nb::arg("ranges").noconvert(), nb::arg("angle_min") = lidar.angle_min(),
+          nb::arg("angle_increment") = lidar.angle_increment(), nb::arg("time_increment") = 0.0,
+          nb::arg("range_min") = lidar.range_min, nb::arg("range_max") = lidar.range_max,
+          "ranges: (beams,) [m], float32 and contiguous; not copied. Raises TypeError for other arrays.")
+      .def_prop_ro("ranges", &BoundScan::ranges, "(beams,) [m]")
+      .def_prop_ro(
+          "header", [](const BoundScan& self) { return as_values(self.scan()); },
+          nb::for_getter(nb::sig("def header(self) -> tuple[float, float, float, float, float]")),
+          "All but the ranges, in the order of the table.")
+      .def("returns", &returns, "(beams,) which beams are returns; the others saw nothing, however that is spelled.")
+      .def_static("columns", &column_list<LaserScan>,
+                  "The table of the header: a list of dicts with name, unit and doc.");
+  def_columns<LaserScan>(bound, &BoundScan::scan);
 }
 
 }  // namespace
 
 void bind_scan(nb::module_& m) {
-  m.def("judge_scan", &judge_scan, nb::arg("ranges").noconvert(), nb::arg("angle_min"), nb::arg("angle_increment"),
-        nb::arg("time_increment"), nb::arg("range_min"), nb::arg("range_max"), nb::arg("period"), nb::arg("angle_max"),
+  bind_laser_scan(m);
+  bind_record<VehicleState>(m, "VehicleState", "What the car measures about itself at the end of the sweep.");
+  m.def("judge_scan", &judge_scan, nb::arg("scan"), nb::arg("period"), nb::arg("angle_max"),
         "Fault by name ('none'), reason ('' where the scan may be used) and remarks. period: [s] between scans, 0 not "
         "known; angle_max: [rad] as its message states it, NaN not known.");
-  m.def("scan_returns", &returns, nb::arg("ranges").noconvert(), nb::arg("range_min"), nb::arg("range_max"),
-        "(N,) 1 where a range is a return, 0 for no return however it is spelled.");
   m.def("usable_sweep_time", &usable_sweep_time, nb::arg("time_increment"), nb::arg("beams"), nb::arg("period"),
         "[s] from the first beam to the last; 0 where time_increment [s] is negative, not finite, or makes it longer "
         "than period [s] allows (0: not known).");

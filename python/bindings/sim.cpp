@@ -1,7 +1,6 @@
 // The simulator: track, car, lidar, race.
 #include <cstdint>
 #include <memory>
-#include <nanobind/ndarray.h>
 #include <nanobind/stl/string.h>
 #include <string>
 #include <utility>
@@ -10,6 +9,7 @@
 #include "arrays.hpp"
 #include "callback_driver.hpp"
 #include "car_sections.hpp"
+#include "laser_scan.hpp"
 #include "modules.hpp"
 #include "tables.hpp"
 
@@ -22,9 +22,6 @@ using sim::Race;
 using sim::RaceOptions;
 using sim::RaceResult;
 using sim::Track;
-
-using Rows = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
-using Flags = nb::ndarray<const std::uint8_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 
 Track make_track(const Rows& segments, const Flags& visible, const Flags& solid, const Rows& centerline) {
   if (segments.shape(1) != 4 || centerline.shape(1) != 2 || visible.shape(0) != segments.shape(0) ||
@@ -125,25 +122,6 @@ nb::dict as_dict(const RaceResult& result) {
 
 nb::tuple as_tuple(const Pose2& pose) { return nb::make_tuple(pose.x, pose.y, pose.yaw); }
 
-nb::dict as_dict(const VehicleState& state) {
-  nb::dict entry;
-  entry["speed"] = state.speed;
-  entry["yaw_rate"] = state.yaw_rate;
-  entry["steering_angle"] = state.steering_angle;
-  return entry;
-}
-
-nb::dict as_dict(const LaserScan& scan) {
-  nb::dict entry;
-  entry["ranges"] = to_numpy(std::vector<float>(scan.ranges.begin(), scan.ranges.end()));
-  entry["angle_min"] = scan.angle_min;
-  entry["angle_increment"] = scan.angle_increment;
-  entry["time_increment"] = scan.time_increment;
-  entry["range_min"] = scan.range_min;
-  entry["range_max"] = scan.range_max;
-  return entry;
-}
-
 // At most `scans` periods; false when the race is over. Raises what a driver in Python raised.
 bool advance(Race& race, int scans) {
   auto* callback = dynamic_cast<CallbackDriver*>(&race.driver());
@@ -172,12 +150,9 @@ void bind_race(nb::module_& m) {
       .def(
           "laps_done", [](const Race& race) { return race.result().laps.size(); }, "Complete laps.")
       .def(
-          "scan", [](const Race& race) { return as_dict(race.scan()); }, "The scan that the driver saw last.")
-      .def(
-          "measured", [](const Race& race) { return as_dict(race.measured()); },
-          "The state that the driver was given last.")
-      .def(
-          "state", [](const Race& race) { return as_dict(race.state()); }, "The true state now.")
+          "scan", [](const Race& race) { return BoundScan::of(race.scan()); }, "The scan that the driver saw last.")
+      .def("measured", &Race::measured, "The state that the driver was given last.")
+      .def("state", &Race::state, "The true state now.")
       .def_prop_ro(
           "pose", [](const Race& race) { return as_tuple(race.pose()); }, "x, y, yaw of base_link now.")
       .def_prop_ro("time", &Race::time, "[s] since the start.")

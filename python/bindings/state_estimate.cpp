@@ -33,13 +33,7 @@ void bind_state_estimate(nb::module_& m) {
       .def("measure_speed", &StateEstimate::measure_speed, nb::arg("speed"), "[m/s] of the wheels.")
       .def("measure_yaw_rate", &StateEstimate::measure_yaw_rate, nb::arg("yaw_rate"), "[rad/s] of the gyro.")
       .def("measure_steering", &StateEstimate::measure_steering, nb::arg("steering_angle"), "[rad]")
-      .def(
-          "state",
-          [](const StateEstimate& estimate) {
-            const VehicleState state = estimate.state();
-            return nb::make_tuple(state.speed, state.yaw_rate, state.steering_angle);
-          },
-          "Speed [m/s], yaw rate [rad/s], wheel angle [rad].")
+      .def("state", &StateEstimate::state, "As estimated now.")
       .def_prop_ro("yaw_rate_bias", &StateEstimate::yaw_rate_bias, "[rad/s] of the gyro.")
       .def("reset", &StateEstimate::reset, "Forgets everything.");
 }

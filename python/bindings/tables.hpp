@@ -11,6 +11,7 @@
 #include <type_traits>
 
 #include "firstlap/common/field.hpp"
+#include "records.hpp"
 
 namespace firstlap::bindings {
 
@@ -22,8 +23,6 @@ constexpr const char* type_name() {
   if constexpr (std::is_same_v<T, int>) return "int";
   return "float";
 }
-
-inline nb::str text(std::string_view view) { return nb::str(view.data(), view.size()); }
 
 // Calls `visit(section name, section, field)` for every field of every section.
 template <class Sections, class Visitor>

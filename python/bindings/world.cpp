@@ -2,7 +2,6 @@
 #include "firstlap/sim/world.hpp"
 
 #include <cstdint>
-#include <nanobind/ndarray.h>
 #include <nanobind/stl/string.h>
 #include <stdexcept>
 #include <string>
@@ -10,6 +9,7 @@
 
 #include "arrays.hpp"
 #include "car_sections.hpp"
+#include "laser_scan.hpp"
 #include "modules.hpp"
 #include "tables.hpp"
 
@@ -67,25 +67,10 @@ nb::dict truth(const World& world, std::size_t car) {
   return entry;
 }
 
-nb::tuple measured(const World& world, std::size_t car) {
-  const VehicleState state = world.measured(checked(world, car));
-  return nb::make_tuple(state.speed, state.yaw_rate, state.steering_angle);
-}
-
-nb::tuple header(const World& world, std::size_t car) {
-  const LaserScan scan = world.scan(checked(world, car));
-  return nb::make_tuple(scan.angle_min, scan.angle_increment, scan.time_increment, scan.range_min, scan.range_max);
-}
-
 nb::tuple own_angles(const World& world, std::size_t car) {
   sim::LidarParams params = world.car().lidar;
   params.beams = static_cast<int>(world.scan(checked(world, car)).ranges.size());
   return nb::make_tuple(params.own_angle_min(), params.own_angle_increment());
-}
-
-Numpy<float, 1> ranges(const World& world, std::size_t car) {
-  const auto seen = world.scan(checked(world, car)).ranges;
-  return to_numpy(std::vector<float>(seen.begin(), seen.end()));
 }
 
 nb::list laps(const World& world, std::size_t car) {
@@ -138,9 +123,12 @@ void bind_world(nb::module_& m) {
            "cannot be, and for other beams, another rate of the lidar or another vehicle.model; then nothing has "
            "changed.")
       .def("truth", &truth, nb::arg("car"), "Pose in the map frame and true motion, SI.")
-      .def("measured", &measured, nb::arg("car"),
-           "Speed, yaw rate and wheel angle at the last scan, as the car has it.")
-      .def("ranges", &ranges, nb::arg("car"), "The last scan [m] (beams,).")
+      .def(
+          "measured", [](const World& world, std::size_t car) { return world.measured(checked(world, car)); },
+          nb::arg("car"), "The state at the last scan, as the car has it.")
+      .def(
+          "scan", [](const World& world, std::size_t car) { return BoundScan::of(world.scan(checked(world, car))); },
+          nb::arg("car"), "The last scan, as the drivers take it: with the laser's mounting turned in.")
       .def("laps", &laps, nb::arg("car"), "Complete laps since the reset, as of a race.")
       .def(
           "laps_done", [](const World& world, std::size_t car) { return world.laps(checked(world, car)).size(); },
@@ -154,9 +142,6 @@ void bind_world(nb::module_& m) {
       .def(
           "lap_clearance", [](const World& world, std::size_t car) { return world.lap_clearance(checked(world, car)); },
           nb::arg("car"), "Smallest distance to a wall [m] in the lap so far, inf at its start.")
-      .def("header", &header, nb::arg("car") = 0,
-           "angle_min, angle_increment, time_increment, range_min, range_max of the last scan, as the drivers take it: "
-           "with the laser's mounting turned in.")
       .def("own_angles", &own_angles, nb::arg("car") = 0,
            "angle_min, angle_increment of the last scan in the laser's own frame, as its driver reports them.")
       .def_prop_ro("time", &World::time, "[s]")

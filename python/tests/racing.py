@@ -74,30 +74,17 @@ class Racing:
     def step(self) -> Frame:
         """One scan on."""
         self.world.advance()
-        speed, yaw_rate, steering_angle = self.world.measured(0)
-        angle_min, angle_increment, time_increment, range_min, range_max = self.world.header()
-        command = step_core(
-            self.driving.handle.core,
-            self.world.ranges(0),
-            speed=speed,
-            yaw_rate=yaw_rate,
-            steering_angle=steering_angle,
-            dt=self.world.period,
-            angle_min=angle_min,
-            angle_increment=angle_increment,
-            time_increment=time_increment,
-            range_min=range_min,
-            range_max=range_max,
-        )
+        state = self.world.measured(0)
+        command = step_core(self.driving.handle.core, self.world.scan(0), state, self.world.period)
         self.world.command(0, command[0], command[1])
         at = self.world.truth(0)
         self._frame = Frame(
             number=1 if self._frame is None else self._frame.number + 1,
             time=self.world.time,
             pose=(at["x"], at["y"], at["yaw"]),
-            speed=speed,
-            yaw_rate=yaw_rate,
-            steering_angle=steering_angle,
+            speed=state.speed,
+            yaw_rate=state.yaw_rate,
+            steering_angle=state.steering_angle,
             driver=self.driving.kind.name,
             trace=self.driving.handle.trace,
             step_us=100.0,

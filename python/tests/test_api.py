@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import math
+import pickle
 import subprocess
 import sys
 import threading
@@ -16,6 +17,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import firstlap
+from firstlap import _core
 
 STEERING_LIMIT = 0.4189
 
@@ -65,14 +67,35 @@ def test_reset_forgets():
     assert racer.step(corridor(), speed=2.0) == first
 
 
-def test_a_float32_scan_is_not_copied():
-    racer = firstlap.Racer("base").core
-    state = (2.0, 0.0, 0.0, 0.025, -2.35, 0.004, 0.0, 0.06, 30.0)
-    racer.step(corridor(), *state)
+def test_a_scan_holds_its_ranges_and_copies_nothing():
+    ranges = corridor()
+    scan = _core.LaserScan(ranges, -2.35, 0.004)
+    assert scan.ranges is ranges
     with pytest.raises(TypeError):
-        racer.step(corridor().astype(np.float64), *state)
+        _core.LaserScan(ranges.astype(np.float64))
     with pytest.raises(TypeError):
-        racer.step(corridor(beams=2162)[::2], *state)
+        _core.LaserScan(corridor(beams=2162)[::2])
+
+
+def test_a_scan_has_its_header_in_the_order_of_the_table():
+    scan = _core.LaserScan(corridor(), 1.0, 2.0, 3.0, 4.0, 5.0)
+    assert scan.header == (1.0, 2.0, 3.0, 4.0, 5.0)
+    assert tuple(getattr(scan, column["name"]) for column in _core.LaserScan.columns()) == scan.header
+
+
+def test_a_scan_with_its_header_is_stepped_like_its_ranges():
+    scan = _core.LaserScan(corridor(), angle_min=-2.3, range_max=9.0)
+    expected = firstlap.Racer("base").step(corridor(), speed=2.0, angle_min=-2.3, range_max=9.0)
+    assert firstlap.Racer("base").step(scan, speed=2.0) == expected
+
+
+def test_a_state_is_a_value():
+    state = _core.VehicleState(1.0, yaw_rate=0.5)
+    assert tuple(state) == (1.0, 0.5, 0.0)
+    assert state == _core.VehicleState(1.0, 0.5)
+    assert state != _core.VehicleState(1.0)
+    assert pickle.loads(pickle.dumps(state)) == state
+    assert repr(state) == "VehicleState(speed=1.0, yaw_rate=0.5, steering_angle=0.0)"
 
 
 def test_any_sequence_of_numbers_is_a_scan():

@@ -1,15 +1,19 @@
 // One table per parameter struct. A `Field` names a member, its unit, its range and its meaning; loops
 // over the tables give validation, Python bindings, YAML reading, sliders, tuner bounds and the
-// generated docs. A default stands in the struct and nowhere else.
+// generated docs. A default stands in the struct and nowhere else. A `Column` is the same for what the core gives out:
+// bindings, JSON, logs and docs loop over the tables of scans, states, results and traces.
 #pragma once
 
 #include <array>
 #include <cmath>
+#include <cstddef>
+#include <functional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
 #include <tuple>
 #include <type_traits>
+#include <utility>
 
 namespace firstlap {
 
@@ -32,6 +36,105 @@ template <class Struct, class Visitor>
 constexpr void for_each_field(Visitor&& visit) {
   std::apply([&](const auto&... field) { (visit(field), ...); }, Struct::fields());
 }
+
+// Of a struct that is data, not parameters. `get` is a member, or a function of the struct.
+template <class Get>
+struct Column {
+  std::string_view name;
+  Get get;
+  std::string_view unit;
+  std::string_view doc;
+};
+
+template <class Get>
+Column(std::string_view, Get, std::string_view, std::string_view) -> Column<Get>;
+
+// In a table of columns: those of the struct that `get` gives, or of the items of the sequence, stand here themselves.
+template <class Get>
+struct Part {
+  Get get;
+};
+
+template <class Get>
+Part(Get) -> Part<Get>;
+
+// `inner` of the part that `outer` gives.
+template <class Outer, class Inner>
+struct Through {
+  Outer outer;
+  Inner inner;
+
+  constexpr decltype(auto) operator()(auto& object) const { return std::invoke(inner, std::invoke(outer, object)); }
+};
+
+template <class Outer, class Inner>
+Through(Outer, Inner) -> Through<Outer, Inner>;
+
+// `get` of every item of a sequence, not yet gotten.
+template <class Sequence, class Get>
+struct OfEach {
+  const Sequence& items;
+  Get get;
+};
+
+template <class Sequence, class Get>
+OfEach(const Sequence&, Get) -> OfEach<Sequence, Get>;
+
+template <class Outer, class Inner>
+struct ThroughEach {
+  Outer outer;
+  Inner inner;
+
+  constexpr auto operator()(const auto& object) const { return OfEach{std::invoke(outer, object), inner}; }
+};
+
+template <class Outer, class Inner>
+ThroughEach(Outer, Inner) -> ThroughEach<Outer, Inner>;
+
+template <class T>
+concept HasColumns = requires { T::columns(); };
+
+template <HasColumns Struct>
+constexpr auto flat_columns();
+
+template <class Struct, class Get>
+constexpr auto flatten(const Column<Get>& column) {
+  return std::tuple<Column<Get>>{column};
+}
+
+template <class Struct, class Get>
+constexpr auto flatten(const Part<Get>& part) {
+  using Inner = std::remove_cvref_t<std::invoke_result_t<const Get&, const Struct&>>;
+  if constexpr (HasColumns<Inner>) {
+    return std::apply(
+        [&](const auto&... inner) {
+          return std::tuple{Column{inner.name, Through{part.get, inner.get}, inner.unit, inner.doc}...};
+        },
+        flat_columns<Inner>());
+  } else {
+    using Item = std::remove_cvref_t<decltype(*std::declval<const Inner&>().begin())>;
+    return std::apply(
+        [&](const auto&... inner) {
+          return std::tuple{Column{inner.name, ThroughEach{part.get, inner.get}, inner.unit, inner.doc}...};
+        },
+        flat_columns<Item>());
+  }
+}
+
+// The table of `Struct` with its parts in place.
+template <HasColumns Struct>
+constexpr auto flat_columns() {
+  return std::apply([](const auto&... entry) { return std::tuple_cat(flatten<Struct>(entry)...); }, Struct::columns());
+}
+
+// Calls `visit(column)` for every column of the table of `Struct`.
+template <HasColumns Struct, class Visitor>
+constexpr void for_each_column(Visitor&& visit) {
+  std::apply([&](const auto&... column) { (visit(column), ...); }, flat_columns<Struct>());
+}
+
+template <HasColumns Struct>
+inline constexpr std::size_t column_count = std::tuple_size_v<decltype(flat_columns<Struct>())>;
 
 // A number as people write it: without zeros that say nothing.
 inline std::string plain(double value) {

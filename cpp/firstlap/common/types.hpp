@@ -2,8 +2,12 @@
 // counter-clockwise positive, steering left positive.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
+#include <tuple>
+
+#include "firstlap/common/field.hpp"
 
 namespace firstlap {
 
@@ -16,41 +20,91 @@ struct Pose2 {
   double x = 0.0;
   double y = 0.0;
   double yaw = 0.0;
+
+  static constexpr auto columns() {
+    using C = Pose2;
+    return std::tuple{
+        Column{"x", &C::x, "m", "to the front, or east in a map"},
+        Column{"y", &C::y, "m", "to the left, or north in a map"},
+        Column{"yaw", &C::yaw, "rad", "turned left"},
+    };
+  }
 };
 
 // One sweep of a planar LiDAR, as sensor_msgs/LaserScan. A view: the ranges belong to the caller.
 // Beams run counter-clockwise when angle_increment > 0. A range that is not finite, or outside
 // (range_min, range_max), is "no return" (REP 117), never a point at that range.
 struct LaserScan {
-  double angle_min = 0.0;        // [rad] of the first beam, in the laser's frame
-  double angle_increment = 0.0;  // [rad] between beams
-  double time_increment = 0.0;   // [s] between beams; 0 when all beams belong to one moment
-  double range_min = 0.0;        // [m]
-  double range_max = 0.0;        // [m]
-  std::span<const float> ranges{};
+  double angle_min = 0.0;
+  double angle_increment = 0.0;
+  double time_increment = 0.0;
+  double range_min = 0.0;
+  double range_max = 0.0;
+  std::span<const float> ranges{};  // [m] of each beam
+
+  // The header: everything but the ranges.
+  static constexpr auto columns() {
+    using C = LaserScan;
+    return std::tuple{
+        Column{"angle_min", &C::angle_min, "rad", "of the first beam, in the frame of a laser that looks ahead"},
+        Column{"angle_increment", &C::angle_increment, "rad", "between beams, > 0 counter-clockwise"},
+        Column{"time_increment", &C::time_increment, "s", "between beams; 0 when all beams belong to one moment"},
+        Column{"range_min", &C::range_min, "m", "nearer is no return"},
+        Column{"range_max", &C::range_max, "m", "farther is no return"},
+    };
+  }
 };
 
 // What the car measures about itself at the end of the sweep.
 struct VehicleState {
-  double speed = 0.0;           // [m/s] along base_link x
-  double yaw_rate = 0.0;        // [rad/s]
-  double steering_angle = 0.0;  // [rad] of the front wheels
+  double speed = 0.0;
+  double yaw_rate = 0.0;
+  double steering_angle = 0.0;
+
+  static constexpr auto columns() {
+    using C = VehicleState;
+    return std::tuple{
+        Column{"speed", &C::speed, "m/s", "along base_link x"},
+        Column{"yaw_rate", &C::yaw_rate, "rad/s", "left positive"},
+        Column{"steering_angle", &C::steering_angle, "rad", "of the front wheels, left positive"},
+    };
+  }
 };
 
 // Field names of ackermann_msgs/AckermannDrive.
 struct DriveCommand {
-  double speed = 0.0;           // [m/s]
-  double steering_angle = 0.0;  // [rad]
+  double speed = 0.0;
+  double steering_angle = 0.0;
+
+  static constexpr auto columns() {
+    using C = DriveCommand;
+    return std::tuple{
+        Column{"speed", &C::speed, "m/s", "commanded"},
+        Column{"steering_angle", &C::steering_angle, "rad", "commanded, left positive"},
+    };
+  }
 };
 
 // One point of the planned path, in base_link.
 struct TrajectoryPoint {
-  double s = 0.0;          // [m] arc length from the path's start
-  double x = 0.0;          // [m]
-  double y = 0.0;          // [m]
-  double yaw = 0.0;        // [rad]
-  double curvature = 0.0;  // [1/m], > 0 turns left
-  double velocity = 0.0;   // [m/s]
+  double s = 0.0;
+  double x = 0.0;
+  double y = 0.0;
+  double yaw = 0.0;
+  double curvature = 0.0;
+  double velocity = 0.0;
+
+  static constexpr auto columns() {
+    using C = TrajectoryPoint;
+    return std::tuple{
+        Column{"s", &C::s, "m", "arc length from the path's start"},
+        Column{"x", &C::x, "m", "base_link"},
+        Column{"y", &C::y, "m", "base_link"},
+        Column{"yaw", &C::yaw, "rad", "heading of the path"},
+        Column{"curvature", &C::curvature, "1/m", "> 0 turns left"},
+        Column{"velocity", &C::velocity, "m/s", "planned"},
+    };
+  }
 };
 
 // Why the command is what it is.
@@ -62,6 +116,9 @@ enum class Status : std::uint8_t {
   bad_scan,   // the scan is empty or its header makes no sense: braking to a stop
   bad_state,  // the measured state is not finite or absurd: braking to a stop
 };
+
+inline constexpr std::array statuses{Status::ok,      Status::holding,  Status::no_path,
+                                     Status::blocked, Status::bad_scan, Status::bad_state};
 
 constexpr const char* to_string(Status status) noexcept {
   switch (status) {
@@ -78,6 +135,14 @@ constexpr const char* to_string(Status status) noexcept {
 struct StepResult {
   DriveCommand command{};
   Status status = Status::no_path;
+
+  static constexpr auto columns() {
+    using C = StepResult;
+    return std::tuple{
+        Part{&C::command},
+        Column{"status", &C::status, "", "why the command is what it is"},
+    };
+  }
 };
 
 }  // namespace firstlap

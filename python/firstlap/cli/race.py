@@ -133,7 +133,7 @@ def _show(bar: Progress, task: int, running: _core.Race, laps: int) -> None:
         task,  # type: ignore[arg-type]
         description=f"lap {min(done + 1, laps)} of {laps}",
         completed=done * running.track_length + running.s,
-        speed=running.state()["speed"],
+        speed=running.state().speed,
     )
 
 

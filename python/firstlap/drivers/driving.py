@@ -11,7 +11,7 @@ from firstlap.config.driver_kind import Handle, Preparation, driver_kind
 from firstlap.config.parameters import Field, Value
 from firstlap.config.setup_file import Setup, choose_setup
 from firstlap.drivers.racer import Command, step_core
-from firstlap.perception.scan import LASER, Mount, Scan
+from firstlap.perception.scan import LASER, Mount
 
 
 class Driving:
@@ -73,21 +73,9 @@ class Driving:
         self.laser = (mount.x, mount.y)
         self._apply()
 
-    def step(self, scan: Scan, speed: float, yaw_rate: float, steering_angle: float, dt: float) -> Command:
+    def step(self, scan: _core.LaserScan, speed: float, yaw_rate: float, steering_angle: float, dt: float) -> Command:
         """One command; see `Racer.step`."""
-        return step_core(
-            self.handle.core,
-            scan.ranges,
-            speed=speed,
-            yaw_rate=yaw_rate,
-            steering_angle=steering_angle,
-            dt=dt,
-            angle_min=scan.angle_min,
-            angle_increment=scan.angle_increment,
-            time_increment=scan.time_increment,
-            range_min=scan.range_min,
-            range_max=scan.range_max,
-        )
+        return step_core(self.handle.core, scan, _core.VehicleState(speed, yaw_rate, steering_angle), dt)
 
     def reset(self) -> None:
         """Resets the driver's memory."""

@@ -13,7 +13,7 @@ from firstlap.mapping.observation import Observation, motion_of
 from firstlap.mapping.parameters import MapSettings, map_settings
 from firstlap.mapping.pose_graph import load_gtsam
 from firstlap.mapping.slam import Mapper
-from firstlap.perception.scan import Scan, laser_of
+from firstlap.perception.scan import laser_of
 from firstlap.sim.race import start_race
 from firstlap.tracks.track import Track
 
@@ -40,13 +40,13 @@ class MappingDrive:
             state = self.race.measured()
             before = last or state
             dt = self.race.time - time
-            speed, rate = (0.5 * (before[name] + state[name]) for name in ("speed", "yaw_rate"))
+            speed, rate = 0.5 * (before.speed + state.speed), 0.5 * (before.yaw_rate + state.yaw_rate)
             yield Observation(
                 time=self.race.time,
-                speed=state["speed"],
-                yaw_rate=state["yaw_rate"],
+                speed=state.speed,
+                yaw_rate=state.yaw_rate,
                 motion=motion_of(speed, rate, dt),
-                scan=lambda: Scan(**self.race.scan()),
+                scan=self.race.scan,
             )
             last, time = state, self.race.time
         raise InputError(f"{self.track.name}: the mapping lap failed: {self._end()}; try a slower one: {HINT}")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,24 +21,9 @@ class Command(NamedTuple):
     status: str
 
 
-def step_core(
-    core: _core.Driver,
-    ranges: npt.ArrayLike,
-    *,
-    speed: float,
-    yaw_rate: float = 0.0,
-    steering_angle: float = 0.0,
-    dt: float = USUAL_PERIOD,
-    angle_min: float = -0.75 * math.pi,
-    angle_increment: float = math.pi / 720.0,
-    time_increment: float = 0.0,
-    range_min: float = 0.06,
-    range_max: float = 30.0,
-) -> Command:
-    """One step of any core driver; arguments as for `Racer.step`."""
-    scan = np.ascontiguousarray(ranges, dtype=np.float32).reshape(-1)
-    header = (angle_min, angle_increment, time_increment, range_min, range_max)
-    return Command(*core.step(scan, speed, yaw_rate, steering_angle, dt, *header))
+def step_core(core: _core.Driver, scan: _core.LaserScan, state: _core.VehicleState, dt: float) -> Command:
+    """One step of any core driver. dt: since the previous scan [s]."""
+    return Command(*core.step(scan, state, dt))
 
 
 class Racer:
@@ -53,40 +37,28 @@ class Racer:
 
     def step(
         self,
-        ranges: npt.ArrayLike,
+        ranges: npt.ArrayLike | _core.LaserScan,
         *,
         speed: float,
         yaw_rate: float = 0.0,
         steering_angle: float = 0.0,
         dt: float = USUAL_PERIOD,
-        angle_min: float = -0.75 * math.pi,
-        angle_increment: float = math.pi / 720.0,
-        time_increment: float = 0.0,
-        range_min: float = 0.06,
-        range_max: float = 30.0,
+        **header: float,
     ) -> Command:
         """One scan in, one command out. Does not raise for invalid data: the status gives the reason.
 
         ranges: (beams,) in meters; a contiguous float32 array is not copied. Values that are not finite or outside of
-            (range_min, range_max) are not returns.
+            (range_min, range_max) are not returns. Or a LaserScan, which has its header.
         speed, yaw_rate, steering_angle: measured, m/s, rad/s, rad, left positive.
         dt: seconds since the previous scan.
-        angle_min, angle_increment: of the first beam and between beams, rad; default: 1081 beams over 270 degrees.
-        time_increment: seconds between beams; 0 if all are simultaneous.
+        header: of these ranges: angle_min, angle_increment [rad], time_increment [s], range_min, range_max [m].
+            Default: 1081 beams over 270 degrees, simultaneous, 0.06 to 30 m.
         """
-        return step_core(
-            self.core,
-            ranges,
-            speed=speed,
-            yaw_rate=yaw_rate,
-            steering_angle=steering_angle,
-            dt=dt,
-            angle_min=angle_min,
-            angle_increment=angle_increment,
-            time_increment=time_increment,
-            range_min=range_min,
-            range_max=range_max,
-        )
+        if isinstance(ranges, _core.LaserScan):
+            scan = ranges
+        else:
+            scan = _core.LaserScan(np.ascontiguousarray(ranges, dtype=np.float32).reshape(-1), **header)
+        return step_core(self.core, scan, _core.VehicleState(speed, yaw_rate, steering_angle), dt)
 
     @property
     def trace(self) -> dict[str, Any]:

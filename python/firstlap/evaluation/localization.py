@@ -13,7 +13,7 @@ from firstlap import _core
 from firstlap.config.car_file import Car
 from firstlap.config.setup_file import Setup
 from firstlap.drivers.racer import Racer
-from firstlap.localization.localizer import Estimate, Localizer, ScanHeader
+from firstlap.localization.localizer import Estimate, Localizer
 from firstlap.mapping.alignment import align
 from firstlap.mapping.occupancy_map import OccupancyMap
 from firstlap.mapping.poses import compose, wrap
@@ -133,7 +133,7 @@ def follow(
             next_kidnap += wrong.every
         estimate, spent = _timed_step(localizer, race, period)
         truth.append(race.pose)
-        speed.append(race.state()["speed"])
+        speed.append(race.state().speed)
         said.append(estimate)
         took.append(spent)
         if look and len(said) % SCANS_PER_LOOK == 0:
@@ -162,10 +162,8 @@ def _wrong_start(known: OccupancyMap, wrong: Disturbance, rng: np.random.Generat
 
 def _timed_step(localizer: Localizer, race: _core.Race, period: float) -> tuple[Estimate, float]:
     scan, state = race.scan(), race.measured()
-    ranges = scan.pop("ranges")
-    header = ScanHeader(**scan)
     begin = time.thread_time_ns()
-    estimate = localizer.step(ranges, state["speed"], state["yaw_rate"], state["steering_angle"], period, header)
+    estimate = localizer.step(scan, state, period)
     return estimate, 1e-3 * (time.thread_time_ns() - begin)
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from firstlap import _core
 from firstlap.config.car_file import Car
 from firstlap.evaluation.localization import percentiles
-from firstlap.localization.localizer import Estimate, Localizer, ScanHeader
+from firstlap.localization.localizer import Estimate, Localizer
 from firstlap.mapping.occupancy_map import OccupancyMap
 from firstlap.mapping.poses import wrap
 from firstlap.recordings import Recording
@@ -108,8 +108,7 @@ def _pose(row: FloatArray) -> Pose:
 
 
 def _timed_step(localizer: Localizer, recording: Recording, i: int) -> tuple[Estimate, float]:
-    scan, (speed, yaw_rate, steering_angle) = recording.scan(i), recording.states[i].tolist()
-    dt, header = float(recording.dts[i]), ScanHeader(*scan[1:])
+    scan, state, dt = recording.scan(i), recording.state(i), float(recording.dts[i])
     begin = time.thread_time_ns()
-    estimate = localizer.step(scan.ranges, speed, yaw_rate, steering_angle, dt, header)
+    estimate = localizer.step(scan, state, dt)
     return estimate, 1e-3 * (time.thread_time_ns() - begin)

@@ -4,9 +4,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-import numpy.typing as npt
-
 from firstlap import _core
 from firstlap.common.errors import InputError
 from firstlap.config.car_file import Car
@@ -14,16 +11,6 @@ from firstlap.config.parameters import FieldTable
 from firstlap.mapping.occupancy_map import OccupancyMap
 
 LOCALIZER_FIELDS = FieldTable(_core.LocalizerParams.fields())
-
-
-class ScanHeader(NamedTuple):
-    """The header of a scan, as in sensor_msgs/LaserScan [rad, s, m]."""
-
-    angle_min: float
-    angle_increment: float
-    time_increment: float
-    range_min: float
-    range_max: float
 
 
 class Estimate(NamedTuple):
@@ -74,27 +61,18 @@ class Localizer:
         self.core.start(*pose)
         return self
 
-    def step(
-        self,
-        ranges: npt.NDArray[np.float32],
-        speed: float,
-        yaw_rate: float,
-        steering_angle: float,
-        dt: float,
-        header: ScanHeader,
-    ) -> Estimate:
+    def step(self, scan: _core.LaserScan, state: _core.VehicleState, dt: float) -> Estimate:
         """Estimates the pose from one scan; releases the GIL. Does not raise for invalid data; the estimate is lost.
 
-        ranges: (beams,) float32, contiguous, not copied. speed, yaw_rate, steering_angle: measured at the end of the
-        sweep, m/s, rad/s, rad. dt: seconds since the previous scan.
+        state: measured at the end of the sweep. dt: seconds since the previous scan.
         """
-        return Estimate(*self.core.step(ranges, speed, yaw_rate, steering_angle, dt, *header))
+        return Estimate(*self.core.step(scan, state, dt))
 
     def commanded(self, speed: float) -> None:
         """Sets the speed command [m/s] given after the last step; without it `command_scale` stays 1."""
         self.core.commanded(speed)
 
-    def predict(self, at: Estimate, speed: float, yaw_rate: float, time: float) -> tuple[float, float, float]:
+    def predict(self, at: Estimate, state: _core.VehicleState, time: float) -> tuple[float, float, float]:
         """The predicted pose `time` seconds after the estimate, to compensate for latency."""
-        x, y, yaw = self.core.predict(at.x, at.y, at.yaw, speed, yaw_rate, time)
+        x, y, yaw = self.core.predict((at.x, at.y, at.yaw), state, time)
         return x, y, yaw

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from firstlap.perception.scan import Scan
+from firstlap import _core
 from firstlap.tracks.track import FloatArray
 
 
@@ -23,7 +23,7 @@ class Observation:
     speed: float
     yaw_rate: float
     motion: FloatArray
-    scan: Callable[[], Scan]
+    scan: Callable[[], _core.LaserScan]
 
 
 def motion_of(speed: float, yaw_rate: float, dt: float) -> FloatArray:

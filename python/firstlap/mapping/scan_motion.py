@@ -10,7 +10,7 @@ import numpy as np
 from firstlap import _core
 from firstlap.config.car_file import Car
 from firstlap.estimation.odometry_check import Steps
-from firstlap.perception.scan import Mount, Scan, set_laser
+from firstlap.perception.scan import Mount, set_laser
 from firstlap.tracks.track import FloatArray
 
 FIT = 0.6
@@ -59,17 +59,9 @@ class ScanMotion:
         set_laser(core, mount.x, mount.y)
         return cls(Car("", core))
 
-    def add(self, scan: Scan, time: float) -> ScanStep | None:
+    def add(self, scan: _core.LaserScan, time: float) -> ScanStep | None:
         """The step that ends with this scan; None for the first one. time: of its last beam [s]."""
-        found: Any = self._core.add(
-            scan.ranges,
-            time,
-            scan.angle_min,
-            scan.angle_increment,
-            scan.time_increment,
-            scan.range_min,
-            scan.range_max,
-        )
+        found: Any = self._core.add(scan, time)
         return None if found is None else ScanStep(*found)
 
     def forget(self) -> None:

@@ -11,7 +11,6 @@ from firstlap.common.errors import InputError
 from firstlap.mapping.observation import Observation
 from firstlap.mapping.parameters import MapSettings
 from firstlap.mapping.poses import between, compose, transform_cloud, wrap
-from firstlap.perception.scan import Scan
 from firstlap.tracks.track import FloatArray
 
 POOR_FIT = 0.35
@@ -103,19 +102,10 @@ class Mapper:
         self._keep(seen, seen.scan())
         return True
 
-    def _keep(self, seen: Observation, scan: Scan) -> None:
+    def _keep(self, seen: Observation, scan: _core.LaserScan) -> None:
         try:
-            cloud, points = self._maker.make(
-                scan.ranges,
-                seen.speed,
-                seen.yaw_rate,
-                scan.angle_min,
-                scan.angle_increment,
-                scan.time_increment,
-                scan.range_min,
-                scan.range_max,
-                self._period.seconds,
-            )
+            state = _core.VehicleState(seen.speed, seen.yaw_rate)
+            cloud, points = self._maker.make(scan, state, self._period.seconds)
         except ValueError as error:
             raise InputError(f"scan at {seen.time:.3f} s: {error}") from None
         pose = self._place(cloud) if self.keyframes else np.zeros(3)

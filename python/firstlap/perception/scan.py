@@ -1,4 +1,4 @@
-"""The scan that drivers receive, its check, and the LiDAR's mounting."""
+"""The header and the check of a scan, and the LiDAR's mounting."""
 
 from __future__ import annotations
 
@@ -18,18 +18,8 @@ LASER = ("laser_x", "laser_y")
 """Fields of a car's geometry with the LiDAR's position."""
 
 
-class Scan(NamedTuple):
-    """A scan as passed to `step_core`, in the frame of a LiDAR that points forward [m], [rad], [s].
-
-    The seam between its first and last beam may be anywhere; both directions of rotation are allowed.
-    """
-
-    ranges: npt.NDArray[np.float32]
-    angle_min: float
-    angle_increment: float
-    time_increment: float
-    range_min: float
-    range_max: float
+HEADER: tuple[str, ...] = tuple(column["name"] for column in _core.LaserScan.columns())
+"""Fields of a scan's header, in order."""
 
 
 class Mount(NamedTuple):
@@ -58,22 +48,15 @@ class Judgment(NamedTuple):
     remarks: tuple[str, ...]
 
 
-def judge(scan: Scan, period: float | None = None, angle_max: float | None = None) -> Judgment:
+def judge(scan: _core.LaserScan, period: float | None = None, angle_max: float | None = None) -> Judgment:
     """Checks whether a scan is valid, with the check that all drivers use.
 
     period: [s] between scans, to check time_increment. angle_max: [rad] of the last beam as stated in its
     message, rotated like angle_min.
     """
-    ranges = np.ascontiguousarray(scan.ranges, dtype=np.float32)
     last = math.nan if angle_max is None else angle_max
-    fault, reason, remarks = _core.judge_scan(ranges, *scan[1:], period or 0.0, last)
+    fault, reason, remarks = _core.judge_scan(scan, period or 0.0, last)
     return Judgment(fault, reason, tuple(remarks))
-
-
-def returns(scan: Scan) -> npt.NDArray[np.bool_]:
-    """(N,) which beams are returns; the others have none, however that is encoded (REP 117)."""
-    ranges = np.ascontiguousarray(scan.ranges, dtype=np.float32)
-    return _core.scan_returns(ranges, scan.range_min, scan.range_max).astype(bool)
 
 
 def sweep_time(time_increment: float, beams: int, period: float = 0.0) -> float:

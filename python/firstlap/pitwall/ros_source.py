@@ -18,7 +18,7 @@ from firstlap.config.driver_kind import driver_kind
 from firstlap.config.parameters import Field, Value
 from firstlap.config.setup_file import Setup, load_setup
 from firstlap.perception.frames import mount_of
-from firstlap.perception.scan import Mount, laser_of, ray_ends, returns, set_laser
+from firstlap.perception.scan import Mount, laser_of, ray_ends, set_laser
 from firstlap.pitwall.frame import Frame, Scenery
 from firstlap.pitwall.holding import Holding
 from firstlap.pitwall.lap_setup import changed_from
@@ -266,7 +266,7 @@ class RosSource(Holding):
             return
         self._scan_at = time.monotonic()
         angles = scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges))
-        good = returns(scan)
+        good = scan.returns()
         self._scan = {"points": ray_ends(self._laser(), angles[good], scan.ranges[good])}
         if self._scan_at - self._trace_at >= LOST:
             self._show_without(self._why())

@@ -14,7 +14,6 @@ from firstlap.config.driver_kind import ProgressCallback, SetsStart, driver_kind
 from firstlap.config.parameters import Value
 from firstlap.config.setup_file import Setup
 from firstlap.drivers.driving import Driving
-from firstlap.perception.scan import Scan
 from firstlap.pitwall.conditions import Conditions
 from firstlap.pitwall.frame import DrivenLap, Frame, Pose
 from firstlap.pitwall.lap_setup import LapSetup
@@ -213,7 +212,7 @@ class SimRace:
         self.number += 1
         if self.driving is None:
             return
-        scan = Scan(self.world.ranges(CAR), *self.world.header(CAR))
+        scan = self.world.scan(CAR)
         speed, yaw_rate, steering_angle = self.world.measured(CAR)
         dt = self.period * (self._scan - self._driven_scan)
         self._driven_scan = self._scan

@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 
 from firstlap.config.setup_file import Setup
-from firstlap.perception.scan import returns
 from firstlap.recordings.recording import Recording
 
 SCANS = 300
@@ -48,7 +47,7 @@ def find_body(recording: Recording, setup: Setup) -> BodyMask | None:
     beams_at = angle_min + angle_increment * np.arange(size)
     angles = np.abs(np.remainder(beams_at + np.pi, 2.0 * np.pi) - np.pi)  # independent of where the scan begins
     sideways = np.flatnonzero(angles > SIDEWAYS)
-    seen = [np.where(returns(recording.scan(i)), recording.ranges[i], np.nan)[sideways] for i in chosen]
+    seen = [np.where(recording.scan(i).returns(), recording.ranges[i], np.nan)[sideways] for i in chosen]
     ranges = np.array(seen, dtype=np.float64)
     often = np.mean(np.isfinite(ranges), axis=0) >= OFTEN
     if not np.any(often):

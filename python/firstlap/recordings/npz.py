@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from firstlap import _core
 from firstlap.common.errors import InputError
-from firstlap.perception.scan import Mount, Scan, judge
+from firstlap.perception.scan import Mount, judge
 from firstlap.recordings.clock import USUAL_PERIOD, periods, sweeps, timeline, usual_period
 from firstlap.recordings.laser import OPTION, UNKNOWN, Mounting, turned
 from firstlap.recordings.messages import check_magic
@@ -128,7 +129,7 @@ def _judged(
     """The remarks of the scan check. Raises InputError if no scan is valid."""
     findings, period = Findings(), usual_period(stamps) / 1e9
     for one in ranges:
-        findings.keeps(judge(Scan(one, *header), period))
+        findings.keeps(judge(_core.LaserScan(np.ascontiguousarray(one, dtype=np.float32), *header), period))
     if not findings.usable:
         raise InputError(f"{path}: no valid scan: {findings.reason}")
     return findings.remarks()

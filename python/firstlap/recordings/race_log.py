@@ -20,14 +20,12 @@ FIRST_BATCH, MOST_SCANS = 40, 1000
 BATCH_TIME = 0.05
 """[s] Duration of a batch. The GIL is needed only between batches, when the writer may hold it for some milliseconds;
 the race of a slow driver must remain interruptible, and its log up to date."""
-HEADER = ("angle_min", "angle_increment", "time_increment", "range_min", "range_max")
 
 
 def race_about(running: _core.Race, setup: Setup, car: Car, what: str, seed: int) -> About:
     """The metadata of the log of a race that has not begun."""
     period = 1.0 / float(car.core.get("lidar", "rate"))  # type: ignore[arg-type]
-    header = tuple(float(running.scan()[name]) for name in HEADER)
-    return About(setup, car, what=what, header=header, scan_period=period, first_dt=period, seed=seed)
+    return About(setup, car, what=what, header=running.scan().header, scan_period=period, first_dt=period, seed=seed)
 
 
 def drive_and_log(

@@ -9,8 +9,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import numpy.typing as npt
 
+from firstlap import _core
 from firstlap.common.errors import InputError
-from firstlap.perception.scan import Mount, Scan
+from firstlap.perception.scan import Mount
 from firstlap.recordings.about import About
 
 Floats = npt.NDArray[np.float64]
@@ -72,9 +73,15 @@ class Recording:
     def __len__(self) -> int:
         return len(self.ranges)
 
-    def scan(self, index: int) -> Scan:
+    def scan(self, index: int) -> _core.LaserScan:
         """One scan, as drivers receive it."""
-        return Scan(np.ascontiguousarray(self.ranges[index], dtype=np.float32), *self.headers[index].tolist())
+        return _core.LaserScan(
+            np.ascontiguousarray(self.ranges[index], dtype=np.float32), *self.headers[index].tolist()
+        )
+
+    def state(self, index: int) -> _core.VehicleState:
+        """The measured state at one scan."""
+        return _core.VehicleState(*self.states[index].tolist())
 
     @property
     def duration(self) -> float:

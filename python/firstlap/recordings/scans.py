@@ -9,7 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from firstlap.perception.scan import Judgment, Mount, Scan, judge
+from firstlap import _core
+from firstlap.perception.scan import HEADER, Judgment, Mount, judge
 from firstlap.recordings.clock import usual_period
 
 Floats = npt.NDArray[np.float64]
@@ -94,12 +95,10 @@ def collect(messages: list[tuple[int, Any]], mount: Mount | None) -> Scans:
         if findings.keeps(judge(scan, period, angle_max)):
             kept.append((time, message))
     ranges = [np.ascontiguousarray(scan.ranges, dtype=np.float32) for _, scan in kept]
-    headers = [
-        (scan.angle_min, scan.angle_increment, scan.time_increment, scan.range_min, scan.range_max) for _, scan in kept
-    ]
+    headers = [[getattr(scan, name) for name in HEADER] for _, scan in kept]
     return Scans(
         ranges,
-        np.array(headers, dtype=np.float64).reshape(-1, 5),
+        np.array(headers, dtype=np.float64).reshape(-1, len(HEADER)),
         np.array([nanoseconds(scan.header.stamp) for _, scan in kept], dtype=np.int64),
         np.array([time for time, _ in kept], dtype=np.int64),
         findings.usable,
@@ -114,13 +113,13 @@ def nanoseconds(stamp: Any) -> int:
     return int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)
 
 
-def _mounted(message: Any, mount: Mount | None) -> tuple[Scan, float]:
+def _mounted(message: Any, mount: Mount | None) -> tuple[_core.LaserScan, float]:
     """The scan for a LiDAR that points forward, and its angle_max."""
-    first, step, last = message.angle_min, message.angle_increment, message.angle_max
+    header, last = {name: getattr(message, name) for name in HEADER}, message.angle_max
     if mount is not None:
-        (first, step), (last, _) = mount.turned(first, step), mount.turned(last, step)
-    ranges = np.ascontiguousarray(message.ranges, dtype=np.float32)
-    return Scan(ranges, first, step, message.time_increment, message.range_min, message.range_max), last
+        last, _ = mount.turned(last, message.angle_increment)
+        header["angle_min"], header["angle_increment"] = mount.turned(message.angle_min, message.angle_increment)
+    return _core.LaserScan(np.ascontiguousarray(message.ranges, dtype=np.float32), **header), last
 
 
 def _sizes(ranges: list[npt.NDArray[np.float32]]) -> list[str]:

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from firstlap.perception.scan import Judgment, Mount, Scan, judge, sweep_time
+from firstlap import _core
+from firstlap.perception.scan import Judgment, Mount, judge, sweep_time
 
 
 def seconds(stamp: Any) -> float:
@@ -33,14 +34,14 @@ def sweep_of(message: Any, period: float) -> float:
     return sweep_time(message.time_increment, len(message.ranges), period)
 
 
-def to_scan(message: Any, mount: Mount) -> Scan:
+def to_scan(message: Any, mount: Mount) -> _core.LaserScan:
     """A LaserScan whose header makes sense, turned as the laser is mounted."""
     ranges = np.frombuffer(message.ranges, dtype=np.float32)
     first, step = mount.turned(message.angle_min, message.angle_increment)
-    return Scan(ranges, first, step, message.time_increment, message.range_min, message.range_max)
+    return _core.LaserScan(ranges, first, step, message.time_increment, message.range_min, message.range_max)
 
 
-def judged(message: Any, mount: Mount, period: float) -> tuple[Scan, Judgment]:
+def judged(message: Any, mount: Mount, period: float) -> tuple[_core.LaserScan, Judgment]:
     """A LaserScan turned as the laser is mounted, and what the core says of it. period: [s] between scans; 0: not
     known."""
     scan = to_scan(message, mount)

@@ -20,10 +20,11 @@ from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
+from firstlap import _core
 from firstlap.common.errors import InputError
 from firstlap.drivers.driving import Driving
 from firstlap.perception.frames import Frames, mount_of
-from firstlap.perception.scan import USUAL_PERIOD, Mount, Scan
+from firstlap.perception.scan import USUAL_PERIOD, Mount
 from firstlap.ros.claims import HEARTBEAT
 from firstlap.ros.conversions import judged, seconds, set_stamp, sweep_of
 from firstlap.ros.diagnostics import Health
@@ -456,7 +457,7 @@ class DriveNode(LifecycleNode):
             self.mount, self.mount_frame = mount, frame
         return reason
 
-    def _read(self, message: Any, mount: Mount) -> tuple[Scan | None, str]:
+    def _read(self, message: Any, mount: Mount) -> tuple[_core.LaserScan | None, str]:
         """The scan as the driver takes it; and why it must not be used, empty when it may."""
         scan, found = judged(message, mount, self.periods["scan"].seconds)
         self._remark(found.remarks)
@@ -474,7 +475,7 @@ class DriveNode(LifecycleNode):
         """The loop: one scan in, one command out."""
         began = time.perf_counter()
         reason = self._set_mount(message.header.frame_id)
-        scan: Scan | None = None
+        scan: _core.LaserScan | None = None
         if self.mount and not reason:
             scan, reason = self._read(message, self.mount)
         period = self.periods["scan"].seconds

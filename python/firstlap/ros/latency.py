@@ -96,15 +96,12 @@ def lap_of_scans(setup: Setup, track: str) -> tuple[list[npt.NDArray[np.float32]
     car = load_car("default")
     handle = kind.make(setup.params(car.core), car, Preparation())
     race = start_race(load_track(track), handle, car, laps=1000)
-    scans, states, header = [], [], None
+    scans, states = [], []
     for _ in range(SCANS):
         race.advance(1)
-        header = race.scan()
-        measured = race.measured()
-        scans.append(header["ranges"])
-        states.append((measured["speed"], measured["yaw_rate"]))
-    names = ("angle_min", "angle_increment", "time_increment", "range_min", "range_max")
-    return scans, states, tuple(header[name] for name in names) if header else ()
+        scans.append(race.scan())
+        states.append((race.measured().speed, race.measured().yaw_rate))
+    return [scan.ranges for scan in scans], states, scans[-1].header
 
 
 def measure(

@@ -14,9 +14,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from firstlap import _core
 from firstlap.estimation.odometry_check import COMMANDS, STANDING, TWIST, Contradiction, Odometry, Pair, judge
 from firstlap.mapping.scan_motion import ScanMotion, ScanStep, as_steps
-from firstlap.perception.scan import Mount, Scan
+from firstlap.perception.scan import Mount
 from firstlap.ros.conversions import yaw_of
 
 POLL = 0.02
@@ -71,7 +72,7 @@ Row = tuple[float, float, float, float, float, float, float]
 
 
 class _Waiting(NamedTuple):
-    scan: Scan
+    scan: _core.LaserScan
     time: float
     mount: Mount
 
@@ -129,7 +130,7 @@ class OdometryWatch:
         """[m/s]"""
         self._commands.note((time, speed))
 
-    def hear_scan(self, scan: Scan, time: float, mount: Mount) -> None:
+    def hear_scan(self, scan: _core.LaserScan, time: float, mount: Mount) -> None:
         """time: [s] of its last beam."""
         self._waiting = _Waiting(scan, time, mount)
 

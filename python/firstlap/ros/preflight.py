@@ -14,10 +14,11 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from firstlap import _core
 from firstlap.common.errors import InputError
 from firstlap.common.text import to_side
 from firstlap.config.car_file import CAR_FIELDS
-from firstlap.perception.scan import LASER, Judgment, Mount, Scan, returns
+from firstlap.perception.scan import LASER, Judgment, Mount
 from firstlap.ros.periods import Bounds, Period, rate_reason, timeout_of
 from firstlap.ros.safety import Stamps
 
@@ -107,13 +108,13 @@ def check_stamps(name: str, sample: Sample, max_age: float, took: float = 0.0) -
     return Check(name, True, f"{1e3 * age:.0f} ms old")
 
 
-def check_scan(scan: Scan | None, judgment: Judgment) -> Check:
+def check_scan(scan: _core.LaserScan | None, judgment: Judgment) -> Check:
     """Whether the node could drive by it, and what is worth knowing of it."""
     if scan is None:
         return Check("scan's beams", None, "nothing to look at")
     if judgment.reason:
         return Check("scan's beams", False, judgment.reason)
-    share = f"{len(scan.ranges)} beams, {100 * float(returns(scan).mean()):.0f} % return"
+    share = f"{len(scan.ranges)} beams, {100 * float(scan.returns().mean()):.0f} % return"
     return Check("scan's beams", True, "; ".join((share, *judgment.remarks)))
 
 
@@ -428,7 +429,7 @@ class Listener:
         from firstlap.ros.conversions import to_scan
 
         scan = to_scan(self.scan.last, self._laser()[0])
-        return np.where(returns(scan), scan.ranges, np.float32(np.nan)), scan.angle_increment
+        return np.where(scan.returns(), scan.ranges, np.float32(np.nan)), scan.angle_increment
 
     def close(self) -> None:
         """Leaves."""

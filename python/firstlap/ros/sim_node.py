@@ -212,7 +212,7 @@ class SimNode(Node):
             self._tell(wires, index)
         self.tf.publish(TFMessage(transforms=transforms))
 
-    def _move(self, wires: Wires, index: int, measured: tuple[float, float, float]) -> None:
+    def _move(self, wires: Wires, index: int, measured: _core.VehicleState) -> None:
         """Where the car's odometry has it: what its wheels and its yaw rate add up to, or the truth under gym names."""
         if wires.names.odom_frame == "map":
             wires.pose = _pose(self.world.truth(index))
@@ -228,7 +228,7 @@ class SimNode(Node):
             ]
         )
 
-    def _publish_state(self, wires: Wires, index: int, measured: tuple[float, float, float], stamp: float) -> None:
+    def _publish_state(self, wires: Wires, index: int, measured: _core.VehicleState, stamp: float) -> None:
         names, truth = wires.names, self.world.truth(index)
         speed, yaw_rate, steering_angle = measured
         if not self._chance("drop_odometry"):
@@ -271,14 +271,15 @@ class SimNode(Node):
     def _publish_scan(self, wires: Wires, index: int, stamp: float) -> None:
         if self._chance("drop_scans"):
             return
-        ranges = self.world.ranges(index)
+        scan = self.world.scan(index)
+        ranges = scan.ranges
         beams = int(value_of(self, "scan_beams"))
         if beams:
             ranges = ranges[:beams]
         if value_of(self, "nan_scans"):
             ranges[:] = np.nan
         frame = value_of(self, "scan_frame") or wires.names.laser_frame
-        header = (*self.world.own_angles(index), *self.world.header(index)[2:])
+        header = (*self.world.own_angles(index), *scan.header[2:])
         message = make.scan(stamp, frame, ranges, header, self.period, bool(value_of(self, "end_stamps")))
         delay = value_of(self, "delay")
         if delay <= 0.0:

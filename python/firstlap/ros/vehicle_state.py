@@ -103,5 +103,6 @@ class StateSource:
     def now(self) -> tuple[float, float, float]:
         """Speed [m/s], yaw rate [rad/s], wheel angle [rad]; without a measured angle, the one last commanded."""
         if self._estimate:
-            return self._estimate.state()
+            speed, yaw_rate, steering_angle = self._estimate.state()
+            return speed, yaw_rate, steering_angle
         return self.speed, self.yaw_rate, self.commanded if self.steering is None else self.steering

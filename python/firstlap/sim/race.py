@@ -25,7 +25,7 @@ from firstlap.config.driver_kind import (
 )
 from firstlap.config.parameters import Field, FieldTable
 from firstlap.config.setup_file import Setup, choose_setup
-from firstlap.perception.scan import Scan, judge
+from firstlap.perception.scan import judge
 from firstlap.recordings.step_log import STATUSES
 from firstlap.sim.lidar import core_track
 from firstlap.tracks.track import Track
@@ -333,5 +333,5 @@ def race(
 def _ending(running: _core.Race, car: Car, statuses: npt.NDArray[Any]) -> Ending | None:
     if not len(statuses):
         return None
-    judged = judge(Scan(**running.scan()), 1.0 / float(car.core.get("lidar", "rate")))  # type: ignore[arg-type]
+    judged = judge(running.scan(), 1.0 / float(car.core.get("lidar", "rate")))  # type: ignore[arg-type]
     return Ending(STATUSES[int(statuses[-1])], judged.fault, judged.reason)

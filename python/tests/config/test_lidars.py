@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ import firstlap
 from firstlap import _core
 from firstlap.common.errors import InputError
 from firstlap.config.car_file import Car, list_lidars, load_car, with_lidar
-from firstlap.perception.scan import Scan, judge, returns
+from firstlap.perception.scan import judge
 
 FULL_TURN = {"beams": 720, "fov": 2.0 * math.pi * 719 / 720, "rate": 10.0, "range_max": 12.0, "sweep_time": 0.0999}
 WAYS = {
@@ -24,7 +25,7 @@ WAYS = {
 }
 
 
-def full_turn(**changes: float) -> Car:
+def full_turn(**changes: Any) -> Car:
     """The default car with a full turn of beams, begun behind it unless changed."""
     core = _core.Car.preset("default")
     for name, value in {**FULL_TURN, **changes}.items():
@@ -89,10 +90,11 @@ def test_a_lidar_replaces_all_of_the_cars_own() -> None:
     assert car.core.get("vehicle", "model") == 1
 
 
-def a_scan(**changes: float) -> Scan:
+def a_scan(**changes: Any) -> _core.LaserScan:
     """A good scan."""
     ranges = np.full(1081, 2.0, dtype=np.float32)
-    return Scan(ranges, -2.356, 4.712 / 1080, 1.7e-5, 0.05, 30.0)._replace(**changes)
+    header = {"angle_min": -2.356, "angle_increment": 4.712 / 1080, "time_increment": 1.7e-5, "range_min": 0.05}
+    return _core.LaserScan(**{"ranges": ranges, **header, "range_max": 30.0, **changes})
 
 
 def test_a_good_scan_has_no_reason_and_no_remark() -> None:
@@ -125,4 +127,4 @@ def test_a_sweep_longer_than_the_period_is_remarked() -> None:
 
 def test_every_spelling_of_no_return_is_none() -> None:
     ranges = np.array([np.nan, np.inf, -np.inf, 0.0, -1.0, 0.04, 29.97, 30.0, 65.5, 2.0], dtype=np.float32)
-    assert returns(a_scan(ranges=ranges)).tolist() == [False] * 9 + [True]
+    assert a_scan(ranges=ranges).returns().tolist() == [False] * 9 + [True]

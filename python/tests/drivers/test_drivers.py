@@ -32,18 +32,11 @@ class Cruise:
         self.calls: list[tuple[Any, ...]] = []
         self.resets = 0
 
-    def step(
-        self,
-        ranges: np.ndarray,
-        speed: float,
-        yaw_rate: float,
-        steering_angle: float,
-        dt: float,
-        header: dict[str, float],
-    ) -> tuple[float, float, str]:
+    def step(self, scan: _core.LaserScan, state: _core.VehicleState, dt: float) -> tuple[float, float, str]:
         """One step."""
-        self.calls.append((ranges, speed, yaw_rate, steering_angle, dt, header))
-        angles = header["angle_min"] + header["angle_increment"] * np.arange(len(ranges))
+        self.calls.append((scan, state, dt))
+        ranges = scan.ranges
+        angles = scan.angle_min + scan.angle_increment * np.arange(len(ranges))
         near = np.minimum(ranges, 4.0)
         left, right = (near[np.abs(angles - side) < 0.4].mean() for side in (1.0, -1.0))
         return self.speed, float(np.clip((left - right) / (left + right), -0.4, 0.4)), "ok"
@@ -176,11 +169,12 @@ def test_a_driver_in_python_races_in_the_same_race(arena):
     found = race.result()
     assert found["outcome"] == "finished"
     assert len(driver.calls) == len(found["compute_times"])
-    ranges, _, _, _, dt, header = driver.calls[-1]
-    assert ranges.dtype == np.float32
-    assert ranges.shape == (1081,)
+    scan, state, dt = driver.calls[-1]
+    assert scan.ranges.dtype == np.float32
+    assert scan.ranges.shape == (1081,)
+    assert state == race.measured()
     assert dt == 0.025
-    assert header["angle_increment"] == pytest.approx(1.5 * np.pi / 1080)
+    assert scan.angle_increment == pytest.approx(1.5 * np.pi / 1080)
 
 
 def test_an_exception_of_a_driver_in_python_ends_the_race_with_it(arena):

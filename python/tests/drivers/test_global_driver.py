@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import firstlap
+from firstlap import _core
 from firstlap.common.errors import InputError
 from firstlap.config.car_file import load_car
 from firstlap.config.driver_kind import Preparation, driver_kind
@@ -225,17 +226,12 @@ def test_plans_that_come_late_are_survived_along_the_last_one_then_stopped(oval,
 
 def test_absurd_data_never_raises(prepared):
     driver = driver_kind("global").make(coarse().params(CAR.core), CAR, prepared).driver
-    header = {
-        "angle_min": -2.35,
-        "angle_increment": 0.00436,
-        "time_increment": 0.0,
-        "range_min": 0.06,
-        "range_max": 30.0,
-    }
     for ranges in (np.full(1081, np.nan), np.full(1081, np.inf), np.zeros(1081), np.zeros(0)):
         for state in ((0.0, 0.0, 0.0), (np.nan, 0.0, 0.0), (1e300, np.inf, -np.inf)):
             for dt in (0.025, 0.0, np.nan):
-                speed, steering, status = driver.step(ranges.astype(np.float32), *state, dt, header)
+                speed, steering, status = driver.step(
+                    _core.LaserScan(ranges.astype(np.float32)), _core.VehicleState(*state), dt
+                )
                 assert speed == 0.0
                 assert np.isfinite(steering)
                 assert status != "ok"

@@ -239,9 +239,9 @@ class Planned:
         params.set("speed", "v_max", top_speed)
         self.pid = _core.CenterPid(params)
 
-    def step(self, ranges: Any, speed: float, yaw_rate: float, steering: float, dt: float, header: Any) -> Any:
+    def step(self, scan: _core.LaserScan, state: _core.VehicleState, dt: float) -> Any:
         """One step."""
-        return self.pid.step(ranges, speed, yaw_rate, steering, dt, **header)
+        return self.pid.step(scan, state, dt)
 
     def reset(self) -> None:
         """Forgets."""

@@ -79,26 +79,11 @@ def test_a_corridor_is_seen_as_it_is(corridor):
 
 
 def test_batches_are_the_same_as_step_by_step(corridor):
-    from firstlap import Racer
+    from firstlap.drivers.racer import Racer, step_core
 
     racer = Racer("base", load_car("default"))
-    angle_min, angle_increment, time_increment, range_min, range_max = corridor.headers[0].tolist()
     single = [
-        racer.step(
-            ranges,
-            speed=speed,
-            yaw_rate=yaw_rate,
-            steering_angle=steering_angle,
-            dt=dt,
-            angle_min=angle_min,
-            angle_increment=angle_increment,
-            time_increment=time_increment,
-            range_min=range_min,
-            range_max=range_max,
-        )
-        for ranges, (speed, yaw_rate, steering_angle), dt in zip(
-            corridor.ranges, corridor.states.tolist(), corridor.dts.tolist(), strict=True
-        )
+        step_core(racer.core, corridor.scan(i), corridor.state(i), dt) for i, dt in enumerate(corridor.dts.tolist())
     ]
     driven = drive(corridor).driven
     assert driven.speed.tolist() == [command.speed for command in single]

@@ -18,13 +18,13 @@ from firstlap.config.setup_file import load_setup
 from firstlap.drivers.mapping_drive import map_track
 from firstlap.evaluation.localization import Disturbance, Followed, follow
 from firstlap.evaluation.localization_of_recording import localize_recording
-from firstlap.localization.localizer import Estimate, Localizer, ScanHeader, localizer_params
+from firstlap.localization.localizer import Estimate, Localizer, localizer_params
 from firstlap.mapping.occupancy_map import OccupancyMap, write_map
 from firstlap.recordings import load_recording
 from firstlap.tracks.library import load_track
 from firstlap.tracks.track import Track
 
-HEADER = ScanHeader(-2.35619449, 0.0043633231, 0.0, 0.06, 30.0)
+REST = _core.VehicleState()
 Cli = Callable[..., Any]
 
 
@@ -89,22 +89,15 @@ def test_the_same_seed_says_the_same(track: Track, known: OccupancyMap) -> None:
     assert (_follow(track, known, seed=2, scans=80).said != first.said).any()
 
 
-def test_a_scan_is_neither_copied_nor_converted(known: OccupancyMap) -> None:
-    localizer = Localizer(known, load_car("default")).start((0.0, 0.0, 0.0))
-    with pytest.raises(TypeError):
-        localizer.step(np.ones(1081), 0.0, 0.0, 0.0, 0.025, HEADER)  # type: ignore[arg-type]
-    with pytest.raises(TypeError):
-        localizer.step(np.ones(2162, dtype=np.float32)[::2], 0.0, 0.0, 0.0, 0.025, HEADER)
-
-
 @pytest.mark.parametrize("value", [np.nan, np.inf, -1.0, 1e30])
 def test_scans_without_sense_leave_it_lost_and_never_raise(known: OccupancyMap, value: float) -> None:
     localizer = Localizer(known, load_car("default"))
     ranges = np.full(1081, value, dtype=np.float32)
-    assert localizer.step(ranges, 0.0, 0.0, 0.0, 0.025, HEADER).lost, "before it was started"
+    assert localizer.step(_core.LaserScan(ranges), REST, 0.025).lost, "before it was started"
     localizer.start((0.0, 0.0, 0.0))
     for _ in range(20):
-        estimate = localizer.step(ranges, value, value, value, value, HEADER._replace(angle_min=value))
+        scan, state = _core.LaserScan(ranges, angle_min=value), _core.VehicleState(value, value, value)
+        estimate = localizer.step(scan, state, value)
     assert estimate.lost
     assert np.isfinite(estimate[:6]).all()
 
@@ -112,8 +105,8 @@ def test_scans_without_sense_leave_it_lost_and_never_raise(known: OccupancyMap, 
 def test_the_pose_is_predicted_along_an_arc(known: OccupancyMap) -> None:
     localizer = Localizer(known, load_car("default"), params=localizer_params(["motion.slip=0"]))
     at = Estimate(1.0, 2.0, np.pi / 2, 0.0, 0.0, 1.0, False, False)
-    assert localizer.predict(at, 3.0, 0.0, 0.1) == pytest.approx((1.0, 2.3, np.pi / 2))
-    assert localizer.predict(at, 3.0, 1.0, 0.1)[2] == pytest.approx(np.pi / 2 + 0.1)
+    assert localizer.predict(at, _core.VehicleState(3.0), 0.1) == pytest.approx((1.0, 2.3, np.pi / 2))
+    assert localizer.predict(at, _core.VehicleState(3.0, 1.0), 0.1)[2] == pytest.approx(np.pi / 2 + 0.1)
 
 
 def test_a_map_without_walls_and_a_wrong_parameter_are_refused() -> None:

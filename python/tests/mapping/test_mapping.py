@@ -23,7 +23,6 @@ from firstlap.mapping.occupancy_map import FREE, OCCUPIED, UNKNOWN, OccupancyMap
 from firstlap.mapping.parameters import map_settings
 from firstlap.mapping.poses import between, compose, transform
 from firstlap.mapping.slam import Mapper
-from firstlap.perception.scan import Scan
 from firstlap.tracks.library import load_track
 from firstlap.tracks.map_header import parse_ros_map_yaml
 from firstlap.tracks.track import Track
@@ -78,7 +77,7 @@ def test_a_sweep_longer_than_the_usual_period_is_not_undone_even_after_a_lost_sc
     ranges = room.scan(x, y, yaw)
     clouds = []
     for time_increment in (0.0, sweep / (len(ranges) - 1)):
-        scan = Scan(ranges, room.angles[0], float(np.diff(room.angles)[0]), time_increment, 0.05, 30.0)
+        scan = _core.LaserScan(ranges, room.angles[0], float(np.diff(room.angles)[0]), time_increment, 0.05, 30.0)
         mapper = Mapper(map_settings(), load_car("default").core)
         for time, motion in ((0.0, 0.0), (0.1, 0.0), (0.2, 0.0), (0.4, 0.5)):
             mapper.add(Observation(time, speed, 0.5, np.array([motion, 0.0, 0.0]), lambda scan=scan: scan))
@@ -213,7 +212,7 @@ def test_a_recording_that_gives_no_map_says_why(cli: Cli, tmp_path: Path, change
 
 
 def test_odometry_that_jumps_is_refused() -> None:
-    scan = Scan(np.ones(10, dtype=np.float32), -1.0, 0.2, 0.0, 0.1, 10.0)
+    scan = _core.LaserScan(np.ones(10, dtype=np.float32), -1.0, 0.2, 0.0, 0.1, 10.0)
     motions = [np.zeros(3), np.array([np.nan, 0.0, 0.0])]
     seen = [Observation(0.1 * i, 1.0, 0.0, motion, lambda: scan) for i, motion in enumerate(motions)]
     with pytest.raises(InputError, match=r"odometry at 0\.100 s jumps"):

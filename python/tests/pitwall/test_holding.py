@@ -33,12 +33,12 @@ class Blinded:
     def reset(self) -> None:
         self.racer.reset()
 
-    def step(self, ranges, speed, yaw_rate, steering_angle, dt, header):
+    def step(self, scan, state, dt):
         assert self.race is not None
         self.shown += self.race.result()["obstacle"] is not None
         if SEEN < self.shown <= SEEN + self.blind:
-            ranges = np.zeros_like(ranges)
-        result = self.racer.step(ranges, speed, yaw_rate, steering_angle, dt, **header)
+            scan = _core.LaserScan(np.zeros_like(scan.ranges), *scan.header)
+        result = self.racer.step(scan, state, dt)
         self.holding += result[2] == "holding"
         return result
 

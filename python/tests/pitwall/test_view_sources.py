@@ -24,6 +24,7 @@ from firstlap.cli import view
 from firstlap.common.errors import InputError
 from firstlap.config.car_file import load_car
 from firstlap.config.setup_file import Setup, load_setup
+from firstlap.drivers.racer import step_core
 from firstlap.pitwall import lap_setup
 from firstlap.pitwall.conditions import Conditions
 from firstlap.pitwall.frame import DrivenLap, Frame
@@ -351,6 +352,7 @@ def test_who_asks_for_nothing_holds_nothing_up(arena: firstlap.Track) -> None:
 VIEWER = """
 import sys, time
 import firstlap
+from firstlap.drivers.racer import step_core
 from firstlap.config.car_file import load_car
 from firstlap.config.setup_file import load_setup
 from firstlap.pitwall.sim_source import SimSource
@@ -447,16 +449,7 @@ def fresh(recording: Recording, setup: Setup, scan: int) -> dict[str, Any]:
     """What a driver of this setup makes of the scan, after the seconds before it."""
     racer = firstlap.Racer(setup, load_car("default"))
     for i in range(begin_of_memory(recording, scan), scan + 1):
-        speed, yaw_rate, steering_angle = recording.states[i]
-        names = ("angle_min", "angle_increment", "time_increment", "range_min", "range_max")
-        racer.step(
-            recording.ranges[i],
-            speed=speed,
-            yaw_rate=yaw_rate,
-            steering_angle=steering_angle,
-            dt=float(recording.dts[i]),
-            **dict(zip(names, recording.headers[i], strict=True)),
-        )
+        step_core(racer.core, recording.scan(i), recording.state(i), float(recording.dts[i]))
     return racer.trace
 
 

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 import firstlap
-from firstlap.perception.scan import Mount, Scan
+from firstlap import _core
+from firstlap.perception.scan import Mount
 from firstlap.ros.odometry_watch import OdometryWatch
 from firstlap.sim.lidar import Lidar
 
@@ -47,7 +48,7 @@ class Car:
                 self.watch.hear_command(self.time, told)
             ranges = self.lidar.scan(x, y, yaw)
             step = float(self.lidar.angles[1] - self.lidar.angles[0])
-            scan = Scan(ranges, float(self.lidar.angles[0]), step, 0.0, 0.06, 30.0)
+            scan = _core.LaserScan(ranges, float(self.lidar.angles[0]), step, 0.0, 0.06, 30.0)
             self.watch.hear_scan(scan, self.time, MOUNT)
             self.watch.work()
 

@@ -6,7 +6,6 @@ import math
 from collections import deque
 from dataclasses import dataclass
 from time import thread_time
-from typing import Any
 
 import numpy as np
 
@@ -48,13 +47,11 @@ class PoseDriver:
         self._past: deque[tuple[float, Pose]] = deque(maxlen=64)
         self._time = 0.0
 
-    def step(
-        self, _ranges: Any, speed: float, yaw_rate: float, steering_angle: float, dt: float, _header: Any
-    ) -> tuple[float, float, str]:
+    def step(self, _scan: _core.LaserScan, state: _core.VehicleState, dt: float) -> tuple[float, float, str]:
         """One command, for `_core.CallbackDriver`."""
         pose = self._pose(dt)
         begin = thread_time()
-        found = self.controller.step(pose, speed, yaw_rate, steering_angle, dt, self.errors.age)
+        found = self.controller.step(pose, *state, dt, self.errors.age)
         self.times.append(thread_time() - begin)
         return found.speed, found.steering_angle, found.status
 

@@ -7,7 +7,6 @@ from time import thread_time
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from firstlap import _core
 from firstlap.config.car_file import Car
@@ -18,7 +17,7 @@ from firstlap.drivers.global_driver.guard import Guard, returns, way_ahead
 from firstlap.drivers.global_driver.params import Parts
 from firstlap.drivers.global_driver.prepare import MAPPING_SETUP, Prepared
 from firstlap.drivers.global_driver.relocalization import Relocalization
-from firstlap.localization.localizer import Estimate, Localizer, ScanHeader
+from firstlap.localization.localizer import Estimate, Localizer
 from firstlap.mapping.alignment import align
 from firstlap.mapping.observation import motion_of
 from firstlap.mapping.poses import between, compose
@@ -83,40 +82,33 @@ class GlobalDriver:
         if self._race is not None:
             self._frame = align(self.prepared.known, track, self._race.pose)
 
-    def step(
-        self,
-        ranges: npt.NDArray[np.float32],
-        speed: float,
-        yaw_rate: float,
-        steering_angle: float,
-        dt: float,
-        header: dict[str, float],
-    ) -> Command:
+    def step(self, scan: _core.LaserScan, measured: _core.VehicleState, dt: float) -> Command:
         """One command. Does not raise for invalid data."""
-        head = ScanHeader(**header)
-        pose = self._pose(ranges, (speed, yaw_rate, steering_angle), dt, head)
-        # From here on speeds are true speeds, scaled by the distance on the map; the command is scaled back.
-        speed *= self.estimate.speed_scale if self.estimate is not None else 1.0
+        pose = self._pose(scan, measured, dt)
+        state = self._true_speed(measured)
         if self.seen and self.seen["result"][2] == "blocked":
-            pose = self._reckoned(speed, yaw_rate, dt) or pose
+            pose = self._reckoned(state, dt) or pose
         self._meet(pose)
         self.controller.braking = self.guard.braking
-        step = self.controller.step(pose, speed, yaw_rate, steering_angle, dt)
-        good = finite((speed, yaw_rate, steering_angle), 100.0)
-        v, r = (max(0.0, speed), yaw_rate) if good else (0.0, 0.0)
-        command = self._checked(step, ranges, head, v, r)
+        step = self.controller.step(pose, *state, dt)
+        command = self._checked(step, scan, state)
         if pose is None or step.status in STOPS:
             self._lost_for += dt if math.isfinite(dt) else 0.0
-            command = self._without_pose(step, command, ranges, (speed, yaw_rate, steering_angle), dt, head)
+            command = self._without_pose(step, command, scan, state, dt)
         else:
             self._lost_for, self._on_scan = 0.0, False
-        self._seek(pose, ranges, head, speed, dt)
+        self._seek(pose, scan, state.speed, dt)
         if command[:2] != step[:2]:
             self.controller.replace(command[0], command[1])
         self._previous_steering = command[1]
         command = self._for_the_car(command)
-        self.seen = {"ranges": ranges, "header": head, "result": command, "pose": pose}
+        self.seen = {"scan": scan, "result": command, "pose": pose}
         return command
+
+    def _true_speed(self, measured: _core.VehicleState) -> _core.VehicleState:
+        """The state with the true speed, scaled by the distance on the map; `_for_the_car` scales the command back."""
+        scale = self.estimate.speed_scale if self.estimate is not None else 1.0
+        return _core.VehicleState(scale * measured.speed, measured.yaw_rate, measured.steering_angle)
 
     def _for_the_car(self, command: Command) -> Command:
         """The command scaled for the car: one that drives faster than commanded gets a lower command."""
@@ -128,28 +120,24 @@ class GlobalDriver:
 
     # The pose.
 
-    def _pose(
-        self, ranges: npt.NDArray[np.float32], state: tuple[float, float, float], dt: float, head: ScanHeader
-    ) -> Pose | None:
+    def _pose(self, scan: _core.LaserScan, state: _core.VehicleState, dt: float) -> Pose | None:
         if self._race is not None and self._frame is not None:
             x, y, yaw = between(self._frame, np.array(self._race.pose))
             return float(x), float(y), float(yaw)
-        self.estimate = found = self.localizer.step(ranges, *state, dt, head)
+        self.estimate = found = self.localizer.step(scan, state, dt)
         self._map_fits = self._map_fits or (not found.lost and found.fit >= self.parts.guard.start_fit)
         return (found.x, found.y, found.yaw) if self._map_fits and not found.lost else None
 
-    def _reckoned(self, speed: float, yaw_rate: float, dt: float) -> Pose | None:
-        """The pose by odometry during a stop, since objects that are not in the map mislead the filter."""
+    def _reckoned(self, state: _core.VehicleState, dt: float) -> Pose | None:
+        """Where odometry leads: what the map does not know draws the filter away, and the stop is short."""
         body = self.controller.body
-        if body is None or not finite((speed, yaw_rate, dt), 100.0):
+        if body is None or not finite((state.speed, state.yaw_rate, dt), 100.0):
             return None
-        x, y, yaw = compose(np.array(body[:3]), motion_of(speed, yaw_rate, dt)).tolist()
+        x, y, yaw = compose(np.array(body[:3]), motion_of(state.speed, state.yaw_rate, dt)).tolist()
         return x, y, yaw
 
-    def _seek(
-        self, pose: Pose | None, ranges: npt.NDArray[np.float32], head: ScanHeader, speed: float, dt: float
-    ) -> None:
-        """Relocalizes a lost, stopped car on the whole map, since the filter searches only nearby.
+    def _seek(self, pose: Pose | None, scan: _core.LaserScan, speed: float, dt: float) -> None:
+        """Lost and standing: the filter looks only nearby, so that where the car is must be found anew.
 
         Only if the car has driven on this map before: parts of other tracks look similar.
         """
@@ -160,7 +148,7 @@ class GlobalDriver:
             return
         if self._known_way < self.prepared.line.length:
             return
-        seen = returns(ranges, head, 0.0, 0.0, self.guard.body, head.range_max)
+        seen = returns(scan, 0.0, 0.0, self.guard.body, scan.range_max)
         found = self._anywhere.look(seen, speed, dt)
         if found is not None:
             self.localizer.start(found)
@@ -176,38 +164,32 @@ class GlobalDriver:
 
     # The net.
 
-    def _checked(
-        self, step: Step, ranges: npt.NDArray[np.float32], head: ScanHeader, speed: float, yaw_rate: float
-    ) -> Command:
-        """The command, or braking if returns block the plan."""
+    def _checked(self, step: Step, scan: _core.LaserScan, state: _core.VehicleState) -> Command:
+        """The command, unless returns stand in the plan."""
         plan, body = self.controller.plan, self.controller.body
+        good = finite(tuple(state), 100.0)
+        speed, yaw_rate = (max(0.0, state.speed), state.yaw_rate) if good else (0.0, 0.0)
         if plan is None or body is None or step.status in STOPS:
             self.guard.reset()
             return step.speed, step.steering_angle, step.status
         way = way_ahead(plan, self.controller.table, body[:3], self.guard.reach(speed))
         reach = self.guard.body.front + float(np.hypot(*way[:, :2].T).max())
-        self.guard.look(way, returns(ranges, head, speed, yaw_rate, self.guard.body, reach))
+        self.guard.look(way, returns(scan, speed, yaw_rate, self.guard.body, reach))
         command, blocked = self.guard.before_block(*self.controller.acting, yaw_rate, step.speed)
         return command, step.steering_angle, "blocked" if blocked else step.status
 
     def _without_pose(
-        self,
-        step: Step,
-        command: Command,
-        ranges: npt.NDArray[np.float32],
-        state: tuple[float, float, float],
-        dt: float,
-        head: ScanHeader,
+        self, step: Step, command: Command, scan: _core.LaserScan, state: _core.VehicleState, dt: float
     ) -> Command:
         """Brakes: first along the plan, then along the free path in the scan."""
-        yaw_rate = state[1] if math.isfinite(state[1]) else 0.0
+        yaw_rate = state.yaw_rate if math.isfinite(state.yaw_rate) else 0.0
         slower = min(command[0], self.guard.stopping(self.controller.acting[0], yaw_rate))
         if self._lost_for <= self.parts.guard.lost_pause and step.status not in STOPS:
             return slower, step.steering_angle, command[2] if command[2] == "blocked" else "holding"
         if not self._on_scan:
             self._by_scan.reset()
             self._on_scan = True
-        by_scan = self._by_scan.step(ranges, *state, dt, *head)
+        by_scan = self._by_scan.step(scan, state, dt)
         status = by_scan[2] if by_scan[2] in ("bad_scan", "bad_state") else "no_path"
         seen = by_scan[2] in ("ok", "holding")
         steering = by_scan[1] if seen else self._previous_steering

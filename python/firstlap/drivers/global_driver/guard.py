@@ -6,7 +6,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from firstlap import _core
 from firstlap.config.car_file import Car
@@ -14,7 +13,6 @@ from firstlap.control.mpc.horizon import COURSE, OFFSET, Plan, S
 from firstlap.control.mpc.line_table import LineTable
 from firstlap.control.mpc.model import Model
 from firstlap.drivers.global_driver.params import GuardParams
-from firstlap.localization.localizer import ScanHeader
 from firstlap.perception.scan import laser_of, ray_ends
 from firstlap.tracks.track import FloatArray
 
@@ -77,15 +75,13 @@ class Body:
         return cls(rear, rear + float(g["length"]), 0.5 * float(g["width"]), laser_of(g))
 
 
-def returns(
-    ranges: npt.NDArray[np.float32], header: ScanHeader, speed: float, yaw_rate: float, body: Body, reach: float
-) -> FloatArray:
+def returns(scan: _core.LaserScan, speed: float, yaw_rate: float, body: Body, reach: float) -> FloatArray:
     """(N, 2) returns nearer than `reach` [m] in base_link at the end of the sweep, deskewed."""
-    good = _core.scan_returns(ranges, header.range_min, header.range_max).astype(bool)
-    index = np.flatnonzero(good & (ranges < reach))
+    ranges = scan.ranges
+    index = np.flatnonzero(scan.returns() & (ranges < reach))
     distance = ranges[index].astype(np.float64)
-    angle = header.angle_min + header.angle_increment * index
-    before = header.time_increment * (len(ranges) - 1 - index)
+    angle = scan.angle_min + scan.angle_increment * index
+    before = scan.time_increment * (len(ranges) - 1 - index)
     turn = -yaw_rate * before
     x, y = ray_ends(body.laser, angle, distance).T
     c, s = np.cos(turn), np.sin(turn)

@@ -29,13 +29,13 @@ def trace_of(driver: GlobalDriver) -> dict[str, Any]:
     to an obstacle in the plan, or None. particles: their number.
     """
     seen, table = driver.seen, driver.controller.table
-    head = seen.get("header")
+    scan = seen.get("scan")
     body = driver.controller.body
     result: dict[str, Any] = {
         "result": seen.get("result", (0.0, 0.0, "no_path")),
-        "ranges": np.asarray(seen.get("ranges", np.zeros(0, np.float32))),
-        "first_beam": head.angle_min if head else 0.0,
-        "beam_step": head.angle_increment if head else 0.0,
+        "ranges": scan.ranges if scan else np.zeros(0, np.float32),
+        "first_beam": scan.angle_min if scan else 0.0,
+        "beam_step": scan.angle_increment if scan else 0.0,
         "pose": seen.get("pose"),
         "estimate": driver.estimate._asdict() if driver.estimate else None,
         "particles": driver.localizer.core.particles,

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from firstlap.common.errors import InputError
 from firstlap.config.car_file import Car
 from firstlap.config.setup_file import Setup
-from firstlap.drivers.racer import Racer
+from firstlap.drivers.racer import Racer, step_core
 from firstlap.evaluation.perception.detections import Detection
 from firstlap.evaluation.perception.ground_truth import LEFT, RIGHT, GroundTruth
 from firstlap.evaluation.perception.metrics import Perception, to_world
@@ -91,27 +91,14 @@ def measure(
     setup, _, _ = prepared(recording, setup, mask_body)
     racer = Racer(setup, car)
     front = setup.params(car.core).values()["car"]["wheelbase"]
-    for i, (ranges, header, state, dt) in enumerate(
-        zip(recording.ranges, recording.headers, recording.states, recording.dts, strict=True)
-    ):
-        racer.step(
-            ranges,
-            speed=float(state[0]),
-            yaw_rate=float(state[1]),
-            steering_angle=float(state[2]),
-            dt=float(dt),
-            angle_min=float(header[0]),
-            angle_increment=float(header[1]),
-            time_increment=float(header[2]),
-            range_min=float(header[3]),
-            range_max=float(header[4]),
-        )
+    for i, dt in enumerate(recording.dts.tolist()):
+        step_core(racer.core, recording.scan(i), recording.state(i), dt)
         x, y, yaw = (float(v) for v in poses[i])
         seen = Detection.of(racer.trace, front)
         reverse = forward.along(x, y, yaw) < 0.0
         perception.truth = backward if reverse else forward
         found.in_reverse.append(reverse)
-        perception.add(seen, (x, y, yaw), float(dt))
+        perception.add(seen, (x, y, yaw), dt)
         for side in (LEFT, RIGHT):
             found.walls[side].append(to_world(seen.points[seen.side == side], (x, y, yaw)))
         found.lines.append(to_world(seen.line, (x, y, yaw)))
