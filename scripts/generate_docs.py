@@ -1,4 +1,4 @@
-"""Write the generated files: docs/parameters.md and the type stubs of the extension. --check only compares."""
+"""Write the generated files: the pages of parameters and results, and the type stubs. --check only compares."""
 
 from __future__ import annotations
 
@@ -28,6 +28,50 @@ HEAD = """<!-- Written by `make docs` from the field tables. Do not edit. -->
 Each default is defined once, in its C++ struct or, for parameters that only Python has, in its Python table. This page,
 the YAML readers, the bindings and the checks loop over the field tables next to them.
 """
+
+
+RESULTS_HEAD = """<!-- Written by `make docs` from the tables beside the structs. Do not edit. -->
+
+# Results and traces
+
+What a race, a step and a log leave behind: names, units and meanings. Each table stands beside its C++ struct; the
+Python objects and dicts, `--json`, the columns of logs and this page loop over it. SI units; x to the front, y to the
+left, angles counter-clockwise. A trace is in `base_link`, a race in the map frame.
+"""
+RESULTS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
+    (
+        "Inputs and commands",
+        "`firstlap._core.LaserScan` and `VehicleState` are what every driver, the mapper and the localizer take; "
+        "`StepResult` is what a driver gives, as a tuple.",
+        ("LaserScan", "VehicleState", "StepResult"),
+    ),
+    (
+        "Races",
+        "`RaceResult` is the dict of `firstlap._core.Race.result()`. `Lap`, `Contact` and `ObstacleSeen` are "
+        "objects with these attributes; `to_dict()` gives what `firstlap race --json` prints. `path` is a dict of "
+        "arrays with the columns of `PathSample`.",
+        ("RaceResult", "Lap", "Contact", "ObstacleSeen", "PathSample"),
+    ),
+    (
+        "Trace of `local`",
+        "`Racer.trace`, a dict. A struct in it is a dict, many of a struct are a dict of arrays, and `candidates` "
+        "is a list of tuples. Points are arrays (N, 2) of x, y.",
+        ("Trace", "Section", "SplitCandidate", "WallSide", "Centerline", "TrajectoryPoint", "SteeringTerms"),
+    ),
+    (
+        "Traces of `gap`, `disparity` and `pid`",
+        "As above; directions are in the laser's frame.",
+        ("FollowTheGap", "DisparityExtender", "CenterPid", "WallEstimate"),
+    ),
+    ("Localization", "What `Localizer.step` gives, an object.", ("Estimate",)),
+    (
+        "Steps of a log",
+        "Columns of `_core.replay` and `_core.LoggedDriver`, one entry per scan. `left`, `right`, `line` and `path`"
+        " hold the rows of all scans, one scan after the other; `left_size` and so on are the number of rows of "
+        "each scan.",
+        ("LoggedStep", "LoggedTrace", "left", "right", "line", "path"),
+    ),
+)
 
 
 def table(fields: list[Field]) -> str:
@@ -137,6 +181,25 @@ def ros_chapters() -> list[str]:
     ]
 
 
+def column_table(columns: list[dict[str, str]]) -> str:
+    """One Markdown table of what is given out."""
+    lines = ["| name | unit | description |", "|---|---|---|"]
+    lines += [f"| `{column['name']}` | {column['unit']} | {column['doc'].replace('|', '/')} |" for column in columns]
+    return "\n".join(lines)
+
+
+def results() -> str:
+    """docs/results-format.md"""
+    tables = _core.result_tables()
+    parts = [RESULTS_HEAD.rstrip()]
+    for title, text, names in RESULTS:
+        parts.append(f"## {title}\n\n{text}")
+        parts += [f"### {name}\n\n{column_table(tables.pop(name))}" for name in names]
+    if tables:
+        raise SystemExit(f"no chapter of docs/results-format.md lists {', '.join(tables)}")
+    return "\n\n".join(parts) + "\n"
+
+
 def stub() -> str:
     """python/firstlap/_core.pyi"""
     with tempfile.TemporaryDirectory() as folder:
@@ -154,6 +217,7 @@ def main() -> int:
     stale = 0
     for path, text in (
         (ROOT / "docs/parameters.md", parameters()),
+        (ROOT / "docs/results-format.md", results()),
         (ROOT / "python/firstlap/_core.pyi", stub()),
     ):
         if path.is_file() and path.read_text(encoding="utf-8") == text:

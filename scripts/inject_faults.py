@@ -87,7 +87,7 @@ def to_box(track: Track, setup: Setup, car: Car, prepared: Preparation, box: Box
     while running.advance(1):
         state, pose = running.state(), running.pose
         box_now = running.result()["obstacle"] if then is None else None
-        place = (box_now["x"], box_now["y"], box_now["yaw"]) if box_now else (np.inf, np.inf, 0.0)
+        place = (box_now.x, box_now.y, box_now.yaw) if box_now else (np.inf, np.inf, 0.0)
         if box_now and on_box((pose, state.speed, state.yaw_rate), handle.driver, place):  # type: ignore[attr-defined]
             way = np.hypot(place[0] - pose[0], place[1] - pose[1]) - nose - 0.5 * BOX_LENGTH
             then = (

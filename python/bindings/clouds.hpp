@@ -10,8 +10,6 @@
 
 namespace firstlap::bindings {
 
-inline nb::tuple as_tuple(const Pose2& pose) { return nb::make_tuple(pose.x, pose.y, pose.yaw); }
-
 inline std::vector<mapping::CloudPoint> to_cloud(const Rows& rows) {
   if (rows.shape(1) != 4) throw std::invalid_argument("a cloud must be (N, 4): x, y, nx, ny");
   std::vector<mapping::CloudPoint> cloud;

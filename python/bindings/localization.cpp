@@ -10,6 +10,7 @@
 #include "firstlap/sim/car.hpp"
 #include "laser_scan.hpp"
 #include "modules.hpp"
+#include "records.hpp"
 #include "tables.hpp"
 
 namespace firstlap::bindings {
@@ -29,26 +30,19 @@ nb::tuple search_field(const localization::LikelihoodField& field, const Rows& r
     const nb::gil_scoped_release release;
     found = localization::search(beams, field, from, {radius, angle, step, turn});
   }
-  return nb::make_tuple(as_tuple(found.pose), found.fit);
+  return nb::make_tuple(as_values(found.pose), found.fit);
 }
 
-nb::tuple as_tuple(const localization::Estimate& e) {
-  return nb::make_tuple(e.pose.x, e.pose.y, e.pose.yaw, e.std, e.std_yaw, e.fit, e.searching, e.lost, e.speed_scale,
-                        e.command_scale);
-}
-
-nb::tuple step(localization::Localizer& localizer, const BoundScan& scan, const VehicleState& state, double dt) {
-  localization::Estimate estimate;
-  {
-    const nb::gil_scoped_release release;
-    estimate = localizer.step(scan.scan(), state, dt);
-  }
-  return as_tuple(estimate);
+localization::Estimate step(localization::Localizer& localizer, const BoundScan& scan, const VehicleState& state,
+                            double dt) {
+  const nb::gil_scoped_release release;
+  return localizer.step(scan.scan(), state, dt);
 }
 
 }  // namespace
 
 void bind_localization(nb::module_& m) {
+  bind_record<localization::Estimate>(m, "Estimate", "Pose of base_link in the map's frame at the end of the sweep.");
   nb::class_<localization::LikelihoodField>(m, "LikelihoodField", "Distance to the nearest wall of a map.")
       .def(
           "__init__",
@@ -86,13 +80,13 @@ void bind_localization(nb::module_& m) {
           },
           nb::arg("x"), nb::arg("y"), nb::arg("yaw"), "Shifts all that it believes, in base_link: a kidnapped car.")
       .def("step", &step, nb::arg("scan"), nb::arg("state"), nb::arg("dt"),
-           "x, y, yaw, std, std_yaw, fit, searching, lost, speed_scale, command_scale. Releases the GIL.")
+           "Where the car is at the end of the sweep. Releases the GIL.")
       .def("commanded", &localization::Localizer::commanded, nb::arg("speed"),
            "The speed command [m/s] that was given after the last step.")
       .def(
           "predict",
           [](const localization::Localizer& self, const nb::tuple& pose, const VehicleState& state, double time) {
-            return as_tuple(localization::predicted(to_pose(pose), state, self.params().motion, time));
+            return as_values(localization::predicted(to_pose(pose), state, self.params().motion, time));
           },
           nb::arg("pose"), nb::arg("state"), nb::arg("time"), "The pose so many seconds later.")
       .def_prop_ro("particles", &localization::Localizer::particles, "How many there are now.");

@@ -19,6 +19,7 @@
 #include "firstlap/sim/car.hpp"
 #include "laser_scan.hpp"
 #include "modules.hpp"
+#include "records.hpp"
 #include "tables.hpp"
 
 namespace firstlap::bindings {
@@ -48,7 +49,7 @@ nb::tuple match_cloud(const Rows& rows, const mapping::ReferenceCloud& reference
     found = mapping::match(cloud, reference, from, {spread.x, spread.y, spread.yaw}, params.match);
   }
   std::vector<double> information(found.information.begin(), found.information.end());
-  return nb::make_tuple(as_tuple(found.pose), found.fit, found.rms, to_numpy(std::move(information), 3));
+  return nb::make_tuple(as_values(found.pose), found.fit, found.rms, to_numpy(std::move(information), 3));
 }
 
 nb::object add_scan(mapping::ScanMotion& motion, const BoundScan& scan, double time) {

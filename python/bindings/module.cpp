@@ -14,4 +14,5 @@ NB_MODULE(_core, m) {
   firstlap::bindings::bind_replay(m);
   firstlap::bindings::bind_world(m);
   firstlap::bindings::bind_state_estimate(m);
+  firstlap::bindings::bind_result_tables(m);
 }

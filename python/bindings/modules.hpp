@@ -15,5 +15,6 @@ void bind_bench(nanobind::module_& m);
 void bind_replay(nanobind::module_& m);
 void bind_world(nanobind::module_& m);
 void bind_state_estimate(nanobind::module_& m);
+void bind_result_tables(nanobind::module_& m);
 
 }  // namespace firstlap::bindings

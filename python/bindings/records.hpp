@@ -44,6 +44,13 @@ nb::tuple as_values(const Record& record) {
                     flat_columns<Record>());
 }
 
+template <HasColumns Record>
+nb::dict values_by_name(const Record& record) {
+  nb::dict result;
+  for_each_column<Record>([&](const auto& column) { result[text(column.name)] = std::invoke(column.get, record); });
+  return result;
+}
+
 template <HasColumns Record, class Values>
 void assign(Record& record, const Values& values) {
   constexpr auto columns = flat_columns<Record>();
@@ -120,12 +127,13 @@ nb::class_<Record> bind_record(nb::module_& m, const char* name, const char* doc
   def_init<Record>(bound, flat_columns<Record>());
   def_columns<Record>(bound, [](const Record& self) -> const Record& { return self; });
   bound.def_static("columns", &column_list<Record>, "The table: a list of dicts with name, unit and doc.")
+      .def("to_dict", &values_by_name<Record>, "{name: value}, in the order of the table.")
       .def(
           "__iter__", [](const Record& self) { return nb::iter(as_values(self)); },
           nb::sig("def __iter__(self) -> collections.abc.Iterator[float]"))
       .def(
           "__eq__", [](const Record& a, const Record& b) { return as_values(a).equal(as_values(b)); },
-          nb::is_operator())
+          nb::is_operator(), nb::sig("def __eq__(self, arg: object, /) -> bool"))
       .def("__hash__", [](const Record& self) { return nb::hash(as_values(self)); })
       .def("__repr__", [name](const Record& self) { return representation(name, self); })
       .def("__getstate__", &as_values<Record>)

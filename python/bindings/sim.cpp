@@ -6,21 +6,19 @@
 #include <utility>
 #include <vector>
 
-#include "arrays.hpp"
 #include "callback_driver.hpp"
 #include "car_sections.hpp"
 #include "laser_scan.hpp"
 #include "modules.hpp"
 #include "tables.hpp"
+#include "to_python.hpp"
 
 namespace firstlap::bindings {
 namespace {
 
 using sim::Car;
-using sim::PathSample;
 using sim::Race;
 using sim::RaceOptions;
-using sim::RaceResult;
 using sim::Track;
 
 Track make_track(const Rows& segments, const Flags& visible, const Flags& solid, const Rows& centerline) {
@@ -48,80 +46,6 @@ Car car_preset(const std::string& name) {
   throw nb::key_error(name.c_str());
 }
 
-nb::dict as_dict(const sim::Lap& lap) {
-  nb::dict entry;
-  entry["time"] = lap.time;
-  entry["distance"] = lap.distance;
-  entry["mean_speed"] = lap.mean_speed;
-  entry["max_speed"] = lap.max_speed;
-  entry["min_clearance"] = lap.min_clearance;
-  entry["rms_offset"] = lap.rms_offset;
-  entry["standing"] = lap.standing;
-  return entry;
-}
-
-nb::object as_dict(const std::optional<sim::Contact>& contact) {
-  if (!contact) return nb::none();
-  nb::dict entry;
-  entry["time"] = contact->time;
-  entry["x"] = contact->x;
-  entry["y"] = contact->y;
-  entry["s"] = contact->s;
-  entry["obstacle"] = contact->obstacle;
-  return entry;
-}
-
-nb::object as_dict(const std::optional<sim::ObstacleSeen>& obstacle) {
-  if (!obstacle) return nb::none();
-  nb::dict entry;
-  entry["time"] = obstacle->time;
-  entry["x"] = obstacle->middle.x;
-  entry["y"] = obstacle->middle.y;
-  entry["yaw"] = obstacle->middle.yaw;
-  entry["speed"] = obstacle->speed;
-  entry["yaw_rate"] = obstacle->yaw_rate;
-  entry["clearance"] = obstacle->clearance;
-  return entry;
-}
-
-nb::dict path_columns(const std::vector<PathSample>& path) {
-  nb::dict columns;
-  const auto add = [&](const char* name, double PathSample::*member) {
-    columns[name] = column<double>(path, [&](const PathSample& sample) { return sample.*member; });
-  };
-  add("time", &PathSample::time);
-  add("x", &PathSample::x);
-  add("y", &PathSample::y);
-  add("yaw", &PathSample::yaw);
-  add("speed", &PathSample::speed);
-  add("yaw_rate", &PathSample::yaw_rate);
-  add("steering_angle", &PathSample::steering_angle);
-  add("s", &PathSample::s);
-  add("lateral_offset", &PathSample::lateral_offset);
-  add("command_speed", &PathSample::command_speed);
-  add("command_steering_angle", &PathSample::command_steering_angle);
-  columns["status"] = column<std::uint8_t>(path, [](const PathSample& sample) { return sample.status; });
-  return columns;
-}
-
-nb::dict as_dict(const RaceResult& result) {
-  nb::list laps;
-  for (const auto& lap : result.laps) laps.append(as_dict(lap));
-  nb::dict entry;
-  entry["outcome"] = sim::to_string(result.outcome);
-  entry["time"] = result.time;
-  entry["distance"] = result.distance;
-  entry["laps"] = laps;
-  entry["contact"] = as_dict(result.contact);
-  entry["skipped_scans"] = result.skipped_scans;
-  entry["obstacle"] = as_dict(result.obstacle);
-  entry["compute_times"] = to_numpy(result.compute_times);
-  entry["path"] = path_columns(result.path);
-  return entry;
-}
-
-nb::tuple as_tuple(const Pose2& pose) { return nb::make_tuple(pose.x, pose.y, pose.yaw); }
-
 // At most `scans` periods; false when the race is over. Raises what a driver in Python raised.
 bool advance(Race& race, int scans) {
   auto* callback = dynamic_cast<CallbackDriver*>(&race.driver());
@@ -135,6 +59,10 @@ bool advance(Race& race, int scans) {
 }
 
 void bind_race(nb::module_& m) {
+  bind_record<sim::Lap>(m, "Lap", "A complete lap.");
+  bind_record<sim::Contact>(m, "Contact", "When and where the car touched a wall or the sudden obstacle.");
+  bind_record<sim::ObstacleSeen>(m, "ObstacleSeen",
+                                 "The sudden obstacle, once it has appeared: its middle in the map frame.");
   bind_sections<RaceOptions>(m, "RaceOptions", "How a race is run. The seed is an attribute of its own.")
       .def_rw("seed", &RaceOptions::seed, "64 bits; the same seed gives the same race, bit for bit.");
   nb::class_<Race>(m, "Race", "One car, one track, one driver, some laps; stepped scan by scan.")
@@ -146,7 +74,7 @@ void bind_race(nb::module_& m) {
            "Python raised.")
       .def(
           "result", [](const Race& race) { return as_dict(race.result()); },
-          "Outcome, laps, contact, compute times [us] and path (columns, map frame, SI) so far.")
+          "What it has left behind so far; see docs/results-format.md.")
       .def(
           "laps_done", [](const Race& race) { return race.result().laps.size(); }, "Complete laps.")
       .def(

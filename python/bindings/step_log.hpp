@@ -3,11 +3,88 @@
 
 #include <cstdint>
 #include <nanobind/nanobind.h>
+#include <tuple>
 #include <vector>
 
 #include "firstlap/drivers/trace.hpp"
 
 namespace firstlap::bindings {
+
+// What every driver leaves behind.
+struct LoggedStep {
+  StepResult result{};
+  double microseconds = 0.0;
+
+  static constexpr auto columns() {
+    using C = LoggedStep;
+    return std::tuple{
+        Part{&C::result},
+        Column{"microseconds", &C::microseconds, "us", "of computing"},
+    };
+  }
+};
+
+// And what a trace is worth in a log.
+struct LoggedTrace {
+  double width = 0.0;
+  double width_seen = 0.0;
+  std::int64_t left_seen = 0;
+  std::int64_t right_seen = 0;
+  double clearance = 0.0;
+  double ahead = 0.0;
+  std::int64_t nearest = 0;
+  Point2 lookahead{};
+
+  static constexpr auto columns() {
+    using C = LoggedTrace;
+    return std::tuple{
+        Column{"width", &C::width, "m", "remembered track width"},
+        Column{"width_seen", &C::width_seen, "m", "median where both walls are seen; NaN where they never are"},
+        Column{"left_seen", &C::left_seen, "", "how many of the first rows of `left` this scan saw itself"},
+        Column{"right_seen", &C::right_seen, "", "how many of the first rows of `right` this scan saw itself"},
+        Column{"clearance", &C::clearance, "m", "smallest distance of the path ahead to any wall; NaN without a path"},
+        Column{"ahead", &C::ahead, "m", "of path ahead of the front axle"},
+        Column{"nearest", &C::nearest, "", "row of `path` next to the front axle"},
+        Column{"lookahead", &C::lookahead, "m", "x, y of the point that steering looks at; NaN without a path"},
+    };
+  }
+};
+
+struct LoggedWall {
+  double x = 0.0, y = 0.0, age = 0.0;
+
+  static constexpr auto columns() {
+    using C = LoggedWall;
+    return std::tuple{
+        Column{"x", &C::x, "m", "of a sample, base_link"},
+        Column{"y", &C::y, "m", "of a sample, base_link"},
+        Column{"age", &C::age, "s", "since it was seen; 0: in this scan"},
+    };
+  }
+};
+
+struct LoggedLine {
+  double x = 0.0, y = 0.0, width = 0.0;
+  Support support = Support::none;
+
+  static constexpr auto columns() {
+    using C = LoggedLine;
+    return std::tuple{
+        Column{"x", &C::x, "m", "of a centerline point, base_link"},
+        Column{"y", &C::y, "m", "of a centerline point, base_link"},
+        Column{"width", &C::width, "m", "measured where both sides support it, else estimated"},
+        Column{"support", [](const C& p) { return static_cast<double>(p.support); }, "",
+               "what it stands on: 0 none, 1 right, 2 left, 3 both"},
+    };
+  }
+};
+
+// Rows of every scan, end to end.
+template <class Row>
+struct LoggedRows {
+  std::vector<double> rows;
+  std::vector<std::int64_t> sizes;
+};
 
 class StepLog {
  public:
@@ -17,25 +94,23 @@ class StepLog {
   // Moves the columns out; the log is empty after it.
   [[nodiscard]] nanobind::dict take();
 
+  // Calls `visit(name, sequence)`.
+  template <class Visitor>
+  void for_each_sequence(Visitor&& visit) {
+    visit("left", left_);
+    visit("right", right_);
+    visit("line", line_);
+    visit("path", path_);
+  }
+
  private:
-  struct Sequence {
-    std::vector<double> rows;
-    std::vector<std::int64_t> sizes;
-  };
+  void add_path(const Trace& trace, LoggedTrace& scalars);
 
-  static void add_side(const WallSide& side, Sequence& into, std::vector<std::int64_t>& seen);
-  void add_line(const Centerline& line);
-  void add_path(const Trace& trace);
-
-  std::vector<double> speed_, steering_angle_, microseconds_;
-  std::vector<std::uint8_t> status_;
-  std::vector<double> width_, width_seen_, clearance_, ahead_;
-  std::vector<std::int64_t> left_seen_, right_seen_;  // how many of the first rows of a side this scan saw itself
-  std::vector<double> lookahead_;                     // rows of x, y
-  std::vector<std::int64_t> nearest_;                 // path point next to the front axle
-  Sequence left_, right_;                             // rows of x, y, age
-  Sequence line_;                                     // rows of x, y, width, support
-  Sequence path_;                                     // rows of s, x, y, yaw, curvature, velocity
+  std::vector<LoggedStep> steps_;
+  std::vector<LoggedTrace> traces_;
+  LoggedRows<LoggedWall> left_, right_;
+  LoggedRows<LoggedLine> line_;
+  LoggedRows<TrajectoryPoint> path_;
 };
 
 }  // namespace firstlap::bindings

@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "arrays.hpp"
 #include "car_sections.hpp"
 #include "laser_scan.hpp"
 #include "modules.hpp"
 #include "tables.hpp"
+#include "to_python.hpp"
 
 namespace firstlap::sim {
 
@@ -34,18 +34,6 @@ using sim::WorldOptions;
 std::size_t checked(const World& world, std::size_t car) {
   if (car >= world.size()) throw nb::index_error("no such car");
   return car;
-}
-
-nb::dict as_dict(const sim::Lap& lap) {
-  nb::dict entry;
-  entry["time"] = lap.time;
-  entry["distance"] = lap.distance;
-  entry["mean_speed"] = lap.mean_speed;
-  entry["max_speed"] = lap.max_speed;
-  entry["min_clearance"] = lap.min_clearance;
-  entry["rms_offset"] = lap.rms_offset;
-  entry["standing"] = lap.standing;
-  return entry;
 }
 
 nb::dict truth(const World& world, std::size_t car) {
@@ -71,12 +59,6 @@ nb::tuple own_angles(const World& world, std::size_t car) {
   sim::LidarParams params = world.car().lidar;
   params.beams = static_cast<int>(world.scan(checked(world, car)).ranges.size());
   return nb::make_tuple(params.own_angle_min(), params.own_angle_increment());
-}
-
-nb::list laps(const World& world, std::size_t car) {
-  nb::list result;
-  for (const auto& lap : world.laps(checked(world, car))) result.append(as_dict(lap));
-  return result;
 }
 
 }  // namespace
@@ -129,7 +111,10 @@ void bind_world(nb::module_& m) {
       .def(
           "scan", [](const World& world, std::size_t car) { return BoundScan::of(world.scan(checked(world, car))); },
           nb::arg("car"), "The last scan, as the drivers take it: with the laser's mounting turned in.")
-      .def("laps", &laps, nb::arg("car"), "Complete laps since the reset, as of a race.")
+      .def(
+          "laps", [](const World& world, std::size_t car) { return to_python(world.laps(checked(world, car))); },
+          nb::sig("def laps(self, car: int) -> list[Lap]"), nb::arg("car"),
+          "Complete laps since the reset, as of a race.")
       .def(
           "laps_done", [](const World& world, std::size_t car) { return world.laps(checked(world, car)).size(); },
           nb::arg("car"), "Complete laps since the reset.")

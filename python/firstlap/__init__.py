@@ -18,13 +18,14 @@ TYPE_CHECKING = False  # typing's own, without the time that its import takes
 if TYPE_CHECKING:
     from typing import Any
 
+    from firstlap._core import Contact, Lap
     from firstlap.common.errors import InputError
     from firstlap.common.version import __version__
     from firstlap.config.car_file import Car, load_car
     from firstlap.config.setup_file import Setup, list_setups, load_setup
     from firstlap.drivers.racer import Command, Racer
     from firstlap.sim.lidar import Lidar
-    from firstlap.sim.race import Contact, Lap, RaceResult, race
+    from firstlap.sim.race import RaceResult, race
     from firstlap.tracks.library import list_tracks, load_track
     from firstlap.tracks.track import Track
 

@@ -1,19 +1,98 @@
 """The C++ core of firstlap."""
 
+from collections.abc import Iterator
 from typing import Annotated, overload
 
 import numpy
 from numpy.typing import NDArray
 
 
-def judge_scan(ranges: Annotated[NDArray[numpy.float32], dict(shape=(None,), order='C', device='cpu', writable=False)], angle_min: float, angle_increment: float, time_increment: float, range_min: float, range_max: float, period: float, angle_max: float) -> tuple:
+class LaserScan:
     """
-    Fault by name ('none'), reason ('' where the scan may be used) and remarks. period: [s] between scans, 0 not known; angle_max: [rad] as its message states it, NaN not known.
+    One sweep of a planar LiDAR, as sensor_msgs/LaserScan. The seam between its first and last beam may lie anywhere, and it may turn either way. A range that is not finite, or not between range_min and range_max, is no return (REP 117).
     """
 
-def scan_returns(ranges: Annotated[NDArray[numpy.float32], dict(shape=(None,), order='C', device='cpu', writable=False)], range_min: float, range_max: float) -> Annotated[NDArray[numpy.uint8], dict(shape=(None,))]:
+    def __init__(self, ranges: Annotated[NDArray[numpy.float32], dict(shape=(None,), order='C', device='cpu', writable=False)], angle_min: float = -2.3561944902, angle_increment: float = 0.00436332313, time_increment: float = 0.0, range_min: float = 0.06, range_max: float = 30.0) -> None:
+        """
+        ranges: (beams,) [m], float32 and contiguous; not copied. Raises TypeError for other arrays.
+        """
+
+    @property
+    def ranges(self) -> Annotated[NDArray[numpy.float32], dict(shape=(None,), order='C', device='cpu', writable=False)]:
+        """(beams,) [m]"""
+
+    @property
+    def header(self) -> tuple[float, float, float, float, float]:
+        """All but the ranges, in the order of the table."""
+
+    def returns(self) -> Annotated[NDArray[numpy.bool_], dict(shape=(None,))]:
+        """
+        (beams,) which beams are returns; the others saw nothing, however that is spelled.
+        """
+
+    @staticmethod
+    def columns() -> list:
+        """The table of the header: a list of dicts with name, unit and doc."""
+
+    @property
+    def angle_min(self) -> float:
+        """[rad] of the first beam, in the frame of a laser that looks ahead"""
+
+    @property
+    def angle_increment(self) -> float:
+        """[rad] between beams, > 0 counter-clockwise"""
+
+    @property
+    def time_increment(self) -> float:
+        """[s] between beams; 0 when all beams belong to one moment"""
+
+    @property
+    def range_min(self) -> float:
+        """[m] nearer is no return"""
+
+    @property
+    def range_max(self) -> float:
+        """[m] farther is no return"""
+
+class VehicleState:
+    """What the car measures about itself at the end of the sweep."""
+
+    def __init__(self, speed: float = 0.0, yaw_rate: float = 0.0, steering_angle: float = 0.0) -> None: ...
+
+    @property
+    def speed(self) -> float:
+        """[m/s] along base_link x"""
+
+    @property
+    def yaw_rate(self) -> float:
+        """[rad/s] left positive"""
+
+    @property
+    def steering_angle(self) -> float:
+        """[rad] of the front wheels, left positive"""
+
+    @staticmethod
+    def columns() -> list:
+        """The table: a list of dicts with name, unit and doc."""
+
+    def to_dict(self) -> dict:
+        """{name: value}, in the order of the table."""
+
+    def __iter__(self) -> Iterator[float]: ...
+
+    def __eq__(self, arg: object, /) -> bool: ...
+
+    def __hash__(self) -> int: ...
+
+    def __repr__(self) -> str: ...
+
+    def __getstate__(self) -> tuple: ...
+
+    def __setstate__(self, arg: tuple[float, float, float], /) -> None: ...
+
+def judge_scan(scan: LaserScan, period: float, angle_max: float) -> tuple:
     """
-    (N,) 1 where a range is a return, 0 for no return however it is spelled.
+    Fault by name ('none'), reason ('' where the scan may be used) and remarks. period: [s] between scans, 0 not known; angle_max: [rad] as its message states it, NaN not known.
     """
 
 def usable_sweep_time(time_increment: float, beams: int, period: float) -> float:
@@ -34,6 +113,8 @@ class ScanPeriod:
     @property
     def seconds(self) -> float:
         """[s] between scans; 0: not known."""
+
+STATUSES: tuple = ...
 
 class Params:
     """Every parameter of the method, in sections."""
@@ -74,9 +155,9 @@ class Driver:
     def reset(self) -> None:
         """Forgets everything."""
 
-    def step(self, ranges: Annotated[NDArray[numpy.float32], dict(shape=(None,), order='C', device='cpu', writable=False)], speed: float, yaw_rate: float, steering_angle: float, dt: float, angle_min: float, angle_increment: float, time_increment: float, range_min: float, range_max: float) -> tuple:
+    def step(self, scan: LaserScan, state: VehicleState, dt: float) -> tuple:
         """
-        Speed [m/s], wheel angle [rad] and status for a float32 scan, which is not copied. Releases the GIL.
+        Speed [m/s], wheel angle [rad] and status. dt: [s] since the scan before. Releases the GIL.
         """
 
 class Racer(Driver):
@@ -224,7 +305,7 @@ class CallbackDriver(Driver):
 
     def __init__(self, driver: object) -> None:
         """
-        `driver` has reset() and step(ranges, speed, yaw_rate, steering_angle, dt, header) -> (speed, steering_angle, status); header is a dict as of a scan. What it raises ends the race.
+        `driver` has reset() and step(scan: LaserScan, state: VehicleState, dt) -> (speed, steering_angle, status). What it raises ends the race.
         """
 
     def raise_error(self) -> None:
@@ -282,6 +363,156 @@ class Lidar:
     def scan(self, x: float, y: float, yaw: float) -> Annotated[NDArray[numpy.float32], dict(shape=(None,))]:
         """Exact ranges [m] (beams,) from the laser's pose in the map frame."""
 
+class Lap:
+    """A complete lap."""
+
+    def __init__(self, time: float = 0.0, distance: float = 0.0, mean_speed: float = 0.0, max_speed: float = 0.0, min_clearance: float = 0.0, rms_offset: float = 0.0, standing: bool = False) -> None: ...
+
+    @property
+    def time(self) -> float:
+        """[s] from line to line"""
+
+    @property
+    def distance(self) -> float:
+        """[m] driven by base_link"""
+
+    @property
+    def mean_speed(self) -> float:
+        """[m/s] distance over time"""
+
+    @property
+    def max_speed(self) -> float:
+        """[m/s] highest"""
+
+    @property
+    def min_clearance(self) -> float:
+        """[m] from the car to the nearest solid wall"""
+
+    @property
+    def rms_offset(self) -> float:
+        """[m] from the centerline, over time"""
+
+    @property
+    def standing(self) -> bool:
+        """started from standstill"""
+
+    @staticmethod
+    def columns() -> list:
+        """The table: a list of dicts with name, unit and doc."""
+
+    def to_dict(self) -> dict:
+        """{name: value}, in the order of the table."""
+
+    def __iter__(self) -> Iterator[float]: ...
+
+    def __eq__(self, arg: object, /) -> bool: ...
+
+    def __hash__(self) -> int: ...
+
+    def __repr__(self) -> str: ...
+
+    def __getstate__(self) -> tuple: ...
+
+    def __setstate__(self, arg: tuple[float, float, float, float, float, float, bool], /) -> None: ...
+
+class Contact:
+    """When and where the car touched a wall or the sudden obstacle."""
+
+    def __init__(self, time: float = 0.0, x: float = 0.0, y: float = 0.0, s: float = 0.0, obstacle: bool = False) -> None: ...
+
+    @property
+    def time(self) -> float:
+        """[s] since the start"""
+
+    @property
+    def x(self) -> float:
+        """[m] of the place on the wall, map frame"""
+
+    @property
+    def y(self) -> float:
+        """[m] of the place on the wall, map frame"""
+
+    @property
+    def s(self) -> float:
+        """[m] of base_link along the centerline"""
+
+    @property
+    def obstacle(self) -> bool:
+        """it was the sudden obstacle, not a wall"""
+
+    @staticmethod
+    def columns() -> list:
+        """The table: a list of dicts with name, unit and doc."""
+
+    def to_dict(self) -> dict:
+        """{name: value}, in the order of the table."""
+
+    def __iter__(self) -> Iterator[float]: ...
+
+    def __eq__(self, arg: object, /) -> bool: ...
+
+    def __hash__(self) -> int: ...
+
+    def __repr__(self) -> str: ...
+
+    def __getstate__(self) -> tuple: ...
+
+    def __setstate__(self, arg: tuple[float, float, float, float, bool], /) -> None: ...
+
+class ObstacleSeen:
+    """
+    The sudden obstacle, once it has appeared: its middle in the map frame.
+    """
+
+    def __init__(self, time: float = 0.0, x: float = 0.0, y: float = 0.0, yaw: float = 0.0, speed: float = 0.0, yaw_rate: float = 0.0, clearance: float = 0.0) -> None: ...
+
+    @property
+    def time(self) -> float:
+        """[s] when it appeared"""
+
+    @property
+    def x(self) -> float:
+        """[m] to the front, or east in a map"""
+
+    @property
+    def y(self) -> float:
+        """[m] to the left, or north in a map"""
+
+    @property
+    def yaw(self) -> float:
+        """[rad] turned left"""
+
+    @property
+    def speed(self) -> float:
+        """[m/s] of the car at that time"""
+
+    @property
+    def yaw_rate(self) -> float:
+        """[rad/s] of the car at that time"""
+
+    @property
+    def clearance(self) -> float:
+        """[m] smallest between car and obstacle since"""
+
+    @staticmethod
+    def columns() -> list:
+        """The table: a list of dicts with name, unit and doc."""
+
+    def to_dict(self) -> dict:
+        """{name: value}, in the order of the table."""
+
+    def __iter__(self) -> Iterator[float]: ...
+
+    def __eq__(self, arg: object, /) -> bool: ...
+
+    def __hash__(self) -> int: ...
+
+    def __repr__(self) -> str: ...
+
+    def __getstate__(self) -> tuple: ...
+
+    def __setstate__(self, arg: tuple[float, float, float, float, float, float, float], /) -> None: ...
+
 class RaceOptions:
     """How a race is run. The seed is an attribute of its own."""
 
@@ -336,20 +567,18 @@ class Race:
         """
 
     def result(self) -> dict:
-        """
-        Outcome, laps, contact, compute times [us] and path (columns, map frame, SI) so far.
-        """
+        """What it has left behind so far; see docs/results-format.md."""
 
     def laps_done(self) -> int:
         """Complete laps."""
 
-    def scan(self) -> dict:
+    def scan(self) -> LaserScan:
         """The scan that the driver saw last."""
 
-    def measured(self) -> dict:
+    def measured(self) -> VehicleState:
         """The state that the driver was given last."""
 
-    def state(self) -> dict:
+    def state(self) -> VehicleState:
         """The true state now."""
 
     @property
@@ -410,7 +639,7 @@ class CloudMaker:
 
     def __init__(self, params: MapParams, car: Car) -> None: ...
 
-    def make(self, ranges: Annotated[NDArray[numpy.float32], dict(shape=(None,), order='C', device='cpu', writable=False)], speed: float, yaw_rate: float, angle_min: float, angle_increment: float, time_increment: float, range_min: float, range_max: float, period: float = 0.0) -> tuple:
+    def make(self, scan: LaserScan, state: VehicleState, period: float = 0.0) -> tuple:
         """
         cloud (N, 4) x, y, nx, ny and all points (P, 3) x, y, range. Raises ValueError for a bad header.
         """
@@ -432,7 +661,7 @@ class ScanMotion:
 
     def __init__(self, params: MapParams, car: Car) -> None: ...
 
-    def add(self, ranges: Annotated[NDArray[numpy.float32], dict(shape=(None,), order='C', device='cpu', writable=False)], time: float, angle_min: float, angle_increment: float, time_increment: float, range_min: float, range_max: float) -> object:
+    def add(self, scan: LaserScan, time: float) -> object:
         """
         begin and end [s], forward, left [m], turn [rad] since the scan that was kept before, share of points that fit, and share that tells how far the car went; None until there is something to tell. time: [s] of the last beam. Releases the GIL.
         """
@@ -452,6 +681,70 @@ class OccupancyGrid:
 
     def cells(self) -> Annotated[NDArray[numpy.uint8], dict(shape=(None, None))]:
         """(rows, columns) 0 free, 1 occupied, 2 unknown."""
+
+class Estimate:
+    """Pose of base_link in the map's frame at the end of the sweep."""
+
+    def __init__(self, x: float = 0.0, y: float = 0.0, yaw: float = 0.0, std: float = 0.0, std_yaw: float = 0.0, fit: float = 0.0, searching: bool = True, lost: bool = True, speed_scale: float = 1.0, command_scale: float = 1.0) -> None: ...
+
+    @property
+    def x(self) -> float:
+        """[m] to the front, or east in a map"""
+
+    @property
+    def y(self) -> float:
+        """[m] to the left, or north in a map"""
+
+    @property
+    def yaw(self) -> float:
+        """[rad] turned left"""
+
+    @property
+    def std(self) -> float:
+        """[m] of the particles around the pose"""
+
+    @property
+    def std_yaw(self) -> float:
+        """[rad] of the particles around the pose"""
+
+    @property
+    def fit(self) -> float:
+        """share of the scan that lies on the map"""
+
+    @property
+    def searching(self) -> bool:
+        """something does not fit: the filter looks further around"""
+
+    @property
+    def lost(self) -> bool:
+        """the pose must not be trusted: stop"""
+
+    @property
+    def speed_scale(self) -> float:
+        """true speed per measured, by how far the car came on the map"""
+
+    @property
+    def command_scale(self) -> float:
+        """true speed per commanded, never below 1"""
+
+    @staticmethod
+    def columns() -> list:
+        """The table: a list of dicts with name, unit and doc."""
+
+    def to_dict(self) -> dict:
+        """{name: value}, in the order of the table."""
+
+    def __iter__(self) -> Iterator[float]: ...
+
+    def __eq__(self, arg: object, /) -> bool: ...
+
+    def __hash__(self) -> int: ...
+
+    def __repr__(self) -> str: ...
+
+    def __getstate__(self) -> tuple: ...
+
+    def __setstate__(self, arg: tuple[float, float, float, float, float, float, bool, bool, float, float], /) -> None: ...
 
 class LikelihoodField:
     """Distance to the nearest wall of a map."""
@@ -514,15 +807,13 @@ class Localizer:
     def displace(self, x: float, y: float, yaw: float) -> None:
         """Shifts all that it believes, in base_link: a kidnapped car."""
 
-    def step(self, ranges: Annotated[NDArray[numpy.float32], dict(shape=(None,), order='C', device='cpu', writable=False)], speed: float, yaw_rate: float, steering_angle: float, dt: float, angle_min: float, angle_increment: float, time_increment: float, range_min: float, range_max: float) -> tuple:
-        """
-        x, y, yaw, std, std_yaw, fit, searching, lost, speed_scale, command_scale for a float32 scan. Releases the GIL.
-        """
+    def step(self, scan: LaserScan, state: VehicleState, dt: float) -> Estimate:
+        """Where the car is at the end of the sweep. Releases the GIL."""
 
     def commanded(self, speed: float) -> None:
         """The speed command [m/s] that was given after the last step."""
 
-    def predict(self, x: float, y: float, yaw: float, speed: float, yaw_rate: float, time: float) -> tuple:
+    def predict(self, pose: tuple, state: VehicleState, time: float) -> tuple:
         """The pose so many seconds later."""
 
     @property
@@ -536,7 +827,7 @@ def bench(track: Track, car: Car, params: Params, scans: int = 4000) -> dict:
 
 def replay(driver: Driver, ranges: Annotated[NDArray[numpy.float32], dict(shape=(None,), order='C', device='cpu', writable=False)], sizes: Annotated[NDArray[numpy.int64], dict(shape=(None,), order='C', device='cpu', writable=False)], headers: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], states: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], dts: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> dict:
     """
-    Steps through N scans that stand end to end in `ranges`. headers (N, 5): angle_min, angle_increment, time_increment, range_min, range_max; states (N, 3): speed, yaw_rate, steering_angle. Returns columns, see firstlap.recordings.step_log.
+    Steps through N scans that stand end to end in `ranges`. headers (N, 5) and states (N, 3): rows of the tables of LaserScan and VehicleState. Returns columns, see firstlap.recordings.step_log.
     """
 
 class LoggedDriver(Driver):
@@ -621,13 +912,15 @@ class World:
     def truth(self, car: int) -> dict:
         """Pose in the map frame and true motion, SI."""
 
-    def measured(self, car: int) -> tuple:
-        """Speed, yaw rate and wheel angle at the last scan, as the car has it."""
+    def measured(self, car: int) -> VehicleState:
+        """The state at the last scan, as the car has it."""
 
-    def ranges(self, car: int) -> Annotated[NDArray[numpy.float32], dict(shape=(None,))]:
-        """The last scan [m] (beams,)."""
+    def scan(self, car: int) -> LaserScan:
+        """
+        The last scan, as the drivers take it: with the laser's mounting turned in.
+        """
 
-    def laps(self, car: int) -> list:
+    def laps(self, car: int) -> list[Lap]:
         """Complete laps since the reset, as of a race."""
 
     def laps_done(self, car: int) -> int:
@@ -641,11 +934,6 @@ class World:
 
     def lap_clearance(self, car: int) -> float:
         """Smallest distance to a wall [m] in the lap so far, inf at its start."""
-
-    def header(self, car: int = 0) -> tuple:
-        """
-        angle_min, angle_increment, time_increment, range_min, range_max of the last scan, as the drivers take it: with the laser's mounting turned in.
-        """
 
     def own_angles(self, car: int = 0) -> tuple:
         """
@@ -713,8 +1001,8 @@ class StateEstimate:
     def measure_steering(self, steering_angle: float) -> None:
         """[rad]"""
 
-    def state(self) -> tuple:
-        """Speed [m/s], yaw rate [rad/s], wheel angle [rad]."""
+    def state(self) -> VehicleState:
+        """As estimated now."""
 
     @property
     def yaw_rate_bias(self) -> float:
@@ -722,3 +1010,8 @@ class StateEstimate:
 
     def reset(self) -> None:
         """Forgets everything."""
+
+def result_tables() -> dict:
+    """
+    The tables of scans, states, results and traces, and under left, right, line and path of the rows of a log: {struct: [{name, unit, doc}]}.
+    """

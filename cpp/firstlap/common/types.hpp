@@ -14,6 +14,11 @@ namespace firstlap {
 struct Point2 {
   double x = 0.0;
   double y = 0.0;
+
+  static constexpr auto columns() {
+    using C = Point2;
+    return std::tuple{Column{"x", &C::x, "m", "forward"}, Column{"y", &C::y, "m", "to the left"}};
+  }
 };
 
 struct Pose2 {

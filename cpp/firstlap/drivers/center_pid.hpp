@@ -82,11 +82,22 @@ void validate(const CenterPidParams& params);
 
 // A wall as two beams tell it.
 struct WallEstimate {
-  double side = 0.0;      // [m] range of the beam beside
-  double ahead = 0.0;     // [m] range of the beam ahead
-  double angle = 0.0;     // [rad] by which the wall closes in on the car's way (negative) or leaves it
-  double distance = 0.0;  // [m] from the laser
-  double preview = 0.0;   // [m] distance at the preview
+  double side = 0.0;
+  double ahead = 0.0;
+  double angle = 0.0;
+  double distance = 0.0;
+  double preview = 0.0;
+
+  static constexpr auto columns() {
+    using C = WallEstimate;
+    return std::tuple{
+        Column{"side", &C::side, "m", "range of the beam beside"},
+        Column{"ahead", &C::ahead, "m", "range of the beam ahead"},
+        Column{"angle", &C::angle, "rad", "by which the wall closes in on the car's path (negative) or leaves it"},
+        Column{"distance", &C::distance, "m", "from the laser"},
+        Column{"preview", &C::preview, "m", "distance at the preview"},
+    };
+  }
 };
 
 // The wall through the ends of two beams at `side_angle` and `ahead_angle` off the car's axis, on one side.
@@ -108,6 +119,25 @@ class CenterPid final : public Driver {
     double p_term = 0.0, i_term = 0.0, d_term = 0.0;  // [rad]
     double free = 0.0;                                // [m] along the arc of the wheel angle
     StepResult result{};
+
+    static constexpr auto columns() {
+      using C = Trace;
+      return std::tuple{
+          Column{"ranges", &C::ranges, "m", "by beam, right to left, repaired and clipped"},
+          Column{"first_beam", &C::first_beam, "rad", "direction of the first range, in the laser's frame"},
+          Column{"beam_step", &C::beam_step, "rad", "between ranges"},
+          Column{"left", &C::left, "", "the wall to the left"},
+          Column{"right", &C::right, "", "the wall to the right"},
+          Column{"error", &C::error, "m", "the middle is this far to the left, at the preview"},
+          Column{"derivative", &C::derivative, "m/s", "of the error, filtered"},
+          Column{"preview", &C::preview, "m", "ahead of the laser"},
+          Column{"p_term", &C::p_term, "rad", "of the steering angle"},
+          Column{"i_term", &C::i_term, "rad", "of the steering angle"},
+          Column{"d_term", &C::d_term, "rad", "of the steering angle"},
+          Column{"free", &C::free, "m", "free distance along the arc of the steering angle"},
+          Column{"result", &C::result, "", "speed, steering angle and status"},
+      };
+    }
   };
 
   // Throws std::invalid_argument: section, field, value, allowed range.

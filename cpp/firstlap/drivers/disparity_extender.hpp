@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <tuple>
+#include <utility>
 
 #include "firstlap/common/buffer.hpp"
 #include "firstlap/common/car_geometry.hpp"
@@ -79,6 +80,26 @@ class DisparityExtender final : public Driver {
     double wanted = 0.0;                         // [rad] wheel angle before the sides were looked at
     bool held_left = false, held_right = false;  // no turning there: too near
     StepResult result{};
+
+    static constexpr auto columns() {
+      using C = Trace;
+      constexpr auto block = [](const C& t) { return std::pair{t.block_first, t.block_last}; };
+      return std::tuple{
+          Column{"ranges", &C::ranges, "m", "by beam, right to left, repaired and clipped"},
+          Column{"extended", &C::extended, "m", "by beam, after the extension"},
+          Column{"disparities", &C::disparities, "", "the nearer beam of each disparity"},
+          Column{"first_beam", &C::first_beam, "rad", "direction of the first range, in the laser's frame"},
+          Column{"beam_step", &C::beam_step, "rad", "between ranges"},
+          Column{"block", block, "", "first and last beam of the farthest block"},
+          Column{"aim", &C::aim, "rad", "direction that the car aims at"},
+          Column{"aim_free", &C::aim_free, "m", "free distance there"},
+          Column{"straight_free", &C::straight_free, "m", "free distance straight ahead"},
+          Column{"wanted", &C::wanted, "rad", "steering angle before the sides were looked at"},
+          Column{"held_left", &C::held_left, "", "no turning to the left: too near"},
+          Column{"held_right", &C::held_right, "", "no turning to the right: too near"},
+          Column{"result", &C::result, "", "speed, steering angle and status"},
+      };
+    }
   };
 
   // Throws std::invalid_argument: section, field, value, allowed range.

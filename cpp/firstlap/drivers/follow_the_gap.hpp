@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <tuple>
+#include <utility>
 
 #include "firstlap/common/buffer.hpp"
 #include "firstlap/common/car_geometry.hpp"
@@ -92,6 +93,28 @@ class FollowTheGap final : public Driver {
     double arc_free = 0.0;            // [m]
     double aim_free = 0.0;            // [m]
     StepResult result{};
+
+    static constexpr auto columns() {
+      using C = Trace;
+      constexpr auto run = [](const C& t) { return std::pair{t.run_first * t.step, t.run_last * t.step}; };
+      return std::tuple{
+          Column{"ranges", &C::ranges, "m", "by beam, right to left, repaired and clipped"},
+          Column{"first_beam", &C::first_beam, "rad", "direction of the first range, in the laser's frame"},
+          Column{"beam_step", &C::beam_step, "rad", "between ranges"},
+          Column{"free", &C::free, "m", "free distance by direction, right to left, outside of the bubble"},
+          Column{"step", &C::step, "rad", "between directions; straight ahead is in the middle"},
+          Column{"threshold", &C::threshold, "m", "a direction counted as free from here on"},
+          Column{"run", run, "rad", "first and last direction of the chosen run"},
+          Column{"window", &C::window, "rad", "middle of the best window"},
+          Column{"aim", &C::aim, "rad", "direction that the car aims at"},
+          Column{"aim_free", &C::aim_free, "m", "free distance there"},
+          Column{"nearest", &C::nearest, "m", "middle of the bubble, base_link"},
+          Column{"wanted", &C::wanted, "rad", "steering angle before arcs were tried"},
+          Column{"arc", &C::arc, "rad", "steering angle of the arc that was taken"},
+          Column{"arc_free", &C::arc_free, "m", "free distance along it"},
+          Column{"result", &C::result, "", "speed, steering angle and status"},
+      };
+    }
   };
 
   // Throws std::invalid_argument: section, field, value, allowed range.

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <tuple>
 
 #include "firstlap/common/car_geometry.hpp"
 #include "firstlap/common/types.hpp"
@@ -15,16 +16,31 @@
 
 namespace firstlap::localization {
 
+// Pose of base_link in the map's frame at the end of the sweep.
 struct Estimate {
-  Pose2 pose{};           // of base_link in the map's frame at the end of the sweep
-  double std = 0.0;       // [m] of the particles round it
-  double std_yaw = 0.0;   // [rad]
-  double fit = 0.0;       // share of the scan that lies on the map
-  bool searching = true;  // something does not fit: the filter looks further round
-  bool lost = true;       // the pose must not be trusted: stop
+  Pose2 pose{};
+  double std = 0.0;
+  double std_yaw = 0.0;
+  double fit = 0.0;
+  bool searching = true;
+  bool lost = true;
   // By how far the car came on the map: exactly 1 where nothing speaks clearly against what is measured.
-  double speed_scale = 1.0;    // true speed per measured
-  double command_scale = 1.0;  // true speed per commanded, never below 1
+  double speed_scale = 1.0;
+  double command_scale = 1.0;
+
+  static constexpr auto columns() {
+    using C = Estimate;
+    return std::tuple{
+        Part{&C::pose},
+        Column{"std", &C::std, "m", "of the particles around the pose"},
+        Column{"std_yaw", &C::std_yaw, "rad", "of the particles around the pose"},
+        Column{"fit", &C::fit, "", "share of the scan that lies on the map"},
+        Column{"searching", &C::searching, "", "something does not fit: the filter looks further around"},
+        Column{"lost", &C::lost, "", "the pose must not be trusted: stop"},
+        Column{"speed_scale", &C::speed_scale, "", "true speed per measured, by how far the car came on the map"},
+        Column{"command_scale", &C::command_scale, "", "true speed per commanded, never below 1"},
+    };
+  }
 };
 
 // The pose `time` [s] later, at the measured speed and yaw rate: what a late command will meet.

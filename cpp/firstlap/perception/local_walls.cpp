@@ -143,6 +143,13 @@ Nearest nearest_of_first(std::size_t n, const WallSide& side, double x, double y
 
 }  // namespace
 
+std::vector<Point2> WallSide::points() const {
+  std::vector<Point2> result;
+  result.reserve(size());
+  for (std::size_t i = 0; i < size(); ++i) result.push_back(at(i));
+  return result;
+}
+
 Nearest nearest_sample(const WallSide& side, double px, double py) noexcept {
   return nearest_of_first(side.size(), side, px, py);
 }

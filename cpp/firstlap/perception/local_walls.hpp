@@ -2,6 +2,9 @@
 // wall has just gone out of sight, of the scans before.
 #pragma once
 
+#include <tuple>
+#include <vector>
+
 #include "firstlap/common/buffer.hpp"
 #include "firstlap/common/types.hpp"
 
@@ -34,6 +37,16 @@ struct WallSide {
   }
   void clear() noexcept;
   void push(double px, double py, Point2 out, float seen_before, Sight past = {}) noexcept;
+  [[nodiscard]] std::vector<Point2> points() const;  // allocates
+
+  static constexpr auto columns() {
+    using C = WallSide;
+    return std::tuple{
+        Column{"points", &C::points, "m", "samples of the wall"},
+        Column{"outward", &C::outward, "", "unit vector along the wall out of sight, at a visible end; else zero"},
+        Column{"age", &C::age, "s", "since each sample was seen; 0: in this scan"},
+    };
+  }
 };
 
 struct Nearest {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <tuple>
 
 #include "firstlap/common/buffer.hpp"
 #include "firstlap/common/car_geometry.hpp"
@@ -17,6 +18,19 @@ struct ScanPoint {
   double y = 0.0;      // [m] base_link
   double range = 0.0;  // [m] from the laser
   int beam = 0;        // index among the beams used, right to left
+
+  static constexpr auto columns() {
+    using C = ScanPoint;
+    return std::tuple{
+        Column{"points",
+               [](const C& p) {
+                 return Point2{p.x, p.y};
+               },
+               "m", "valid returns, right to left"},
+        Column{"point_range", &C::range, "m", "of each point from the laser"},
+        Column{"point_beam", &C::beam, "", "of each point, counted from the right among the beams used"},
+    };
+  }
 };
 
 // Direction of the beams used, right to left, wherever the scan begins and whichever way it turns: the seam lies

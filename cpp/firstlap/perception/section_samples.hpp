@@ -2,6 +2,9 @@
 // before.
 #pragma once
 
+#include <cstdint>
+#include <tuple>
+
 #include "firstlap/common/car_geometry.hpp"
 #include "firstlap/common/types.hpp"
 #include "firstlap/perception/local_walls.hpp"
@@ -16,6 +19,20 @@ struct SectionSample {
   std::size_t section = 0;  // index of its section
   int vote = 0;             // +1 it was left before, -1 it was right, 0 not known
   Sight sight{};            // past the section's end, at its first and last sample
+
+  static constexpr auto columns() {
+    using C = SectionSample;
+    return std::tuple{
+        Column{"samples",
+               [](const C& s) {
+                 return Point2{s.x, s.y};
+               },
+               "m", "of the sections, evenly spaced"},
+        Column{"sample_section", &C::section, "", "index of the section of each sample"},
+        Column{"sample_vote", [](const C& s) { return static_cast<std::int8_t>(s.vote); }, "",
+               "side of each sample before: 1 left, -1 right, 0 not known"},
+    };
+  }
 };
 
 // Samples of all sections that are not seen through, about `spacing` apart, in scan order.

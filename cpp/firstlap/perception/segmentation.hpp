@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <tuple>
 
 #include "firstlap/common/buffer.hpp"
 #include "firstlap/perception/params.hpp"
@@ -20,8 +21,19 @@ struct Section {
   std::size_t last = 0;
   std::size_t middle = 0;  // the point that is nearest to the laser
   double nearest = 0.0;    // [m] its range
-  double length = 0.0;     // [m] first to last point
+  double length = 0.0;
   SectionStatus status = SectionStatus::kept;
+
+  static constexpr auto columns() {
+    using C = Section;
+    return std::tuple{
+        Column{"first", &C::first, "", "index of its first point"},
+        Column{"last", &C::last, "", "index of its last point"},
+        Column{"nearest", &C::nearest, "m", "range of its nearest point"},
+        Column{"length", &C::length, "m", "from the first point to the last"},
+        Column{"status", &C::status, "", "0 kept, 1 too small, 2 too far, 3 seen through a gap"},
+    };
+  }
 };
 
 // How dense this scan is: beams from one valid return to the next, in the median (1 for a whole scan).

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <tuple>
 
 #include "firstlap/common/car_geometry.hpp"
 #include "firstlap/common/types.hpp"
@@ -14,8 +15,16 @@
 namespace firstlap {
 
 struct SplitCandidate {
-  std::size_t split = 0;  // sections before it are right, from it on left
+  std::size_t split = 0;
   double score = 0.0;
+
+  static constexpr auto columns() {
+    using C = SplitCandidate;
+    return std::tuple{
+        Column{"split", &C::split, "", "sections before it are right, from it on left"},
+        Column{"score", &C::score, "", "higher is better"},
+    };
+  }
 };
 
 inline constexpr std::size_t max_candidates = 3;
@@ -23,6 +32,10 @@ inline constexpr std::size_t max_candidates = 3;
 struct Candidates {
   std::array<SplitCandidate, max_candidates> items{};  // best first
   std::size_t count = 0;
+
+  [[nodiscard]] std::size_t size() const noexcept { return count; }
+  [[nodiscard]] auto begin() const noexcept { return items.begin(); }
+  [[nodiscard]] auto end() const noexcept { return items.begin() + static_cast<std::ptrdiff_t>(count); }
 };
 
 // The best splits by depth of the gap and agreement with the past.

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <tuple>
 #include <vector>
 
 #include "firstlap/common/types.hpp"
@@ -24,55 +25,123 @@ constexpr const char* to_string(Outcome outcome) noexcept {
 }
 
 struct Lap {
-  double time = 0.0;           // [s] line to line
-  double distance = 0.0;       // [m] driven by base_link
-  double mean_speed = 0.0;     // [m/s] distance / time
-  double max_speed = 0.0;      // [m/s]
-  double min_clearance = 0.0;  // [m] car to nearest solid wall
-  double rms_offset = 0.0;     // [m] from the centerline, over time
-  bool standing = false;       // started from standstill
+  double time = 0.0;
+  double distance = 0.0;
+  double mean_speed = 0.0;
+  double max_speed = 0.0;
+  double min_clearance = 0.0;
+  double rms_offset = 0.0;
+  bool standing = false;
+
+  static constexpr auto columns() {
+    using C = Lap;
+    return std::tuple{
+        Column{"time", &C::time, "s", "from line to line"},
+        Column{"distance", &C::distance, "m", "driven by base_link"},
+        Column{"mean_speed", &C::mean_speed, "m/s", "distance over time"},
+        Column{"max_speed", &C::max_speed, "m/s", "highest"},
+        Column{"min_clearance", &C::min_clearance, "m", "from the car to the nearest solid wall"},
+        Column{"rms_offset", &C::rms_offset, "m", "from the centerline, over time"},
+        Column{"standing", &C::standing, "", "started from standstill"},
+    };
+  }
 };
 
 struct Contact {
-  double time = 0.0;        // [s] since the start
-  double x = 0.0, y = 0.0;  // [m] on the wall
-  double s = 0.0;           // [m] of base_link along the centerline
-  bool obstacle = false;    // it was the sudden obstacle, not a wall
+  double time = 0.0;
+  double x = 0.0, y = 0.0;
+  double s = 0.0;
+  bool obstacle = false;
+
+  static constexpr auto columns() {
+    using C = Contact;
+    return std::tuple{
+        Column{"time", &C::time, "s", "since the start"},
+        Column{"x", &C::x, "m", "of the place on the wall, map frame"},
+        Column{"y", &C::y, "m", "of the place on the wall, map frame"},
+        Column{"s", &C::s, "m", "of base_link along the centerline"},
+        Column{"obstacle", &C::obstacle, "", "it was the sudden obstacle, not a wall"},
+    };
+  }
 };
 
 // The sudden obstacle, once it has appeared.
 struct ObstacleSeen {
-  double time = 0.0;       // [s] it appeared
-  Pose2 middle{};          // [m], [rad]
-  double speed = 0.0;      // [m/s] of the car at that time
-  double yaw_rate = 0.0;   // [rad/s]
-  double clearance = 0.0;  // [m] smallest distance between car and box since
+  double time = 0.0;
+  Pose2 middle{};
+  double speed = 0.0;
+  double yaw_rate = 0.0;
+  double clearance = 0.0;
+
+  static constexpr auto columns() {
+    using C = ObstacleSeen;
+    return std::tuple{
+        Column{"time", &C::time, "s", "when it appeared"},
+        Part{&C::middle},
+        Column{"speed", &C::speed, "m/s", "of the car at that time"},
+        Column{"yaw_rate", &C::yaw_rate, "rad/s", "of the car at that time"},
+        Column{"clearance", &C::clearance, "m", "smallest between car and obstacle since"},
+    };
+  }
 };
 
 // At each scan instant, the true state and the command the driver gave for it.
 struct PathSample {
-  double time = 0.0;                    // [s]
-  double x = 0.0, y = 0.0, yaw = 0.0;   // [m], [rad]
-  double speed = 0.0;                   // [m/s]
-  double yaw_rate = 0.0;                // [rad/s]
-  double steering_angle = 0.0;          // [rad]
-  double s = 0.0;                       // [m]
-  double lateral_offset = 0.0;          // [m] left positive
-  double command_speed = 0.0;           // [m/s]
-  double command_steering_angle = 0.0;  // [rad]
+  double time = 0.0;
+  double x = 0.0, y = 0.0, yaw = 0.0;
+  double speed = 0.0;
+  double yaw_rate = 0.0;
+  double steering_angle = 0.0;
+  double s = 0.0;
+  double lateral_offset = 0.0;
+  double command_speed = 0.0;
+  double command_steering_angle = 0.0;
   Status status = Status::ok;
+
+  static constexpr auto columns() {
+    using C = PathSample;
+    return std::tuple{
+        Column{"time", &C::time, "s", "since the start"},
+        Column{"x", &C::x, "m", "of base_link, map frame"},
+        Column{"y", &C::y, "m", "of base_link, map frame"},
+        Column{"yaw", &C::yaw, "rad", "of base_link, map frame"},
+        Column{"speed", &C::speed, "m/s", "true"},
+        Column{"yaw_rate", &C::yaw_rate, "rad/s", "true"},
+        Column{"steering_angle", &C::steering_angle, "rad", "true"},
+        Column{"s", &C::s, "m", "along the centerline"},
+        Column{"lateral_offset", &C::lateral_offset, "m", "from the centerline, left positive"},
+        Column{"command_speed", &C::command_speed, "m/s", "that the driver gave for this scan"},
+        Column{"command_steering_angle", &C::command_steering_angle, "rad", "that the driver gave for this scan"},
+        Column{"status", &C::status, "", "of the command, an index into the list of statuses"},
+    };
+  }
 };
 
 struct RaceResult {
   Outcome outcome = Outcome::running;
-  double time = 0.0;      // [s] simulated so far
-  double distance = 0.0;  // [m] driven so far
+  double time = 0.0;
+  double distance = 0.0;
   std::vector<Lap> laps;
   std::optional<Contact> contact;
   std::optional<ObstacleSeen> obstacle;
-  std::vector<float> compute_times;  // [us] of each driver step, by its thread's CPU clock
-  long skipped_scans = 0;            // which the driver never saw, because it was busy
-  std::vector<PathSample> path;      // empty unless options.record_path
+  std::vector<float> compute_times;
+  long skipped_scans = 0;
+  std::vector<PathSample> path;
+
+  static constexpr auto columns() {
+    using C = RaceResult;
+    return std::tuple{
+        Column{"outcome", &C::outcome, "", "running, finished, contact, stuck, timeout or wrong_way"},
+        Column{"time", &C::time, "s", "simulated so far"},
+        Column{"distance", &C::distance, "m", "driven so far"},
+        Column{"laps", &C::laps, "", "complete ones"},
+        Column{"contact", &C::contact, "", "that ended the race, if one did"},
+        Column{"skipped_scans", &C::skipped_scans, "", "that the driver never saw, because it was busy"},
+        Column{"obstacle", &C::obstacle, "", "the sudden one, once it has appeared"},
+        Column{"compute_times", &C::compute_times, "us", "of each driver step, by its thread's CPU clock"},
+        Column{"path", &C::path, "", "one row per scan; empty unless options.record_path"},
+    };
+  }
 };
 
 }  // namespace firstlap::sim

@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 
 from firstlap import _core
+from firstlap._core import Estimate
 from firstlap.config.car_file import Car
 from firstlap.config.setup_file import Setup
 from firstlap.drivers.racer import Racer
-from firstlap.localization.localizer import Estimate, Localizer
+from firstlap.localization.localizer import Localizer
 from firstlap.mapping.alignment import align
 from firstlap.mapping.occupancy_map import OccupancyMap
 from firstlap.mapping.poses import compose, wrap

@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 
 from firstlap import _core
+from firstlap._core import Estimate
 from firstlap.config.car_file import Car
 from firstlap.evaluation.localization import percentiles
-from firstlap.localization.localizer import Estimate, Localizer
+from firstlap.localization.localizer import Localizer
 from firstlap.mapping.occupancy_map import OccupancyMap
 from firstlap.mapping.poses import wrap
 from firstlap.recordings import Recording

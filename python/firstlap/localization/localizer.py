@@ -2,36 +2,14 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 from firstlap import _core
+from firstlap._core import Estimate
 from firstlap.common.errors import InputError
 from firstlap.config.car_file import Car
 from firstlap.config.parameters import FieldTable
 from firstlap.mapping.occupancy_map import OccupancyMap
 
 LOCALIZER_FIELDS = FieldTable(_core.LocalizerParams.fields())
-
-
-class Estimate(NamedTuple):
-    """base_link in the map's frame at the end of the sweep: x, y [m], yaw [rad].
-
-    std [m], std_yaw [rad]: standard deviation of the particles. fit: share of the scan that matches the map.
-    searching: the match is poor and the filter widens its search. lost: the pose is unreliable; stop.
-    speed_scale: ratio of true to measured speed, from the distance covered on the map; command_scale: ratio of true to
-    commanded speed, at least 1. Both are exactly 1 unless there is clear evidence of an error.
-    """
-
-    x: float
-    y: float
-    yaw: float
-    std: float
-    std_yaw: float
-    fit: float
-    searching: bool
-    lost: bool
-    speed_scale: float = 1.0
-    command_scale: float = 1.0
 
 
 def localizer_params(assignments: list[str] | None = None) -> _core.LocalizerParams:
@@ -66,7 +44,7 @@ class Localizer:
 
         state: measured at the end of the sweep. dt: seconds since the previous scan.
         """
-        return Estimate(*self.core.step(scan, state, dt))
+        return self.core.step(scan, state, dt)
 
     def commanded(self, speed: float) -> None:
         """Sets the speed command [m/s] given after the last step; without it `command_scale` stays 1."""

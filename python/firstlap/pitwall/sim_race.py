@@ -193,7 +193,7 @@ class SimRace:
         if self.world.laps_done(CAR) > self._counted:
             self._counted += 1
             lap = self.world.laps(CAR)[-1]
-            self._count(lap["time"], lap["min_clearance"], lap["standing"])
+            self._count(lap.time, lap.min_clearance, lap.standing)
         if self.world.contacts(CAR) and not self._hit:
             self._hit = f"contact at {truth['s']:.1f} m: place the car or restart"
             self.number += 1

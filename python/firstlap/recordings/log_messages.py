@@ -16,7 +16,7 @@ import numpy.typing as npt
 from firstlap.recordings.cdr import LENGTH, NANOSECONDS, SECONDS, Series, Template, mark, put_length, put_texts
 from firstlap.recordings.clock import sweep
 from firstlap.recordings.messages import ACKERMANN, typestore
-from firstlap.recordings.step_log import SEQUENCES, STATUSES
+from firstlap.recordings.step_log import PATH_COLUMNS, STATUSES
 from firstlap.recordings.trace_tables import FLAG, FLOAT, INT, SMALL, TRAJECTORY, Rows
 
 Floats = npt.NDArray[np.float64]
@@ -266,7 +266,7 @@ def cloud(time: int, rows: Rows, frame: str = BASE) -> bytes:
 
 def trajectory(time: int, rows: Floats, frame: str = BASE) -> bytes:
     """sensor_msgs/PointCloud2 of the table TRAJECTORY, of path rows s, x, y, yaw, curvature, velocity."""
-    columns = dict(zip(SEQUENCES["path"], rows.T, strict=True))
+    columns = dict(zip(PATH_COLUMNS, rows.T, strict=True))
     return cloud(time, TRAJECTORY.rows({"path": columns}), frame)
 
 

@@ -1,4 +1,4 @@
-"""Columns of many steps, as returned by the core."""
+"""Columns of many steps, as returned by the core; docs/results-format.md lists them."""
 
 from __future__ import annotations
 
@@ -8,15 +8,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-STATUSES = ("ok", "holding", "no_path", "blocked", "bad_scan", "bad_state")
-"""In the order of `Status` in the core."""
-SEQUENCES = {
-    "left": ("x", "y", "age"),
-    "right": ("x", "y", "age"),
-    "line": ("x", "y", "width", "support"),
-    "path": ("s", "x", "y", "yaw", "curvature", "velocity"),
-}
-"""What the rows of each sequence hold: meters in base_link, rad, 1/m, m/s; age in s; support as of the centerline."""
+from firstlap import _core
+
+STATUSES = _core.STATUSES
+"""Names of a step's status, by its number."""
+PATH_COLUMNS = tuple(column["name"] for column in _core.result_tables()["path"])
+"""Of a logged path's rows."""
 
 Columns = Mapping[str, Any]
 

@@ -304,7 +304,7 @@ class SimNode(Node):
         car = wires.names.prefix.rstrip("/") or "car"
         if laps > wires.laps:
             lap = self.world.laps(index)[-1]
-            self._said(f"{car}: lap {laps} in {lap['time']:.3f} s, {lap['min_clearance']:.2f} m to the wall")
+            self._said(f"{car}: lap {laps} in {lap.time:.3f} s, {lap.min_clearance:.2f} m to the wall")
         if contacts > wires.contacts:
             self._said(f"{car}: contact at {self.world.truth(index)['s']:.1f} m")
         wires.laps, wires.contacts = laps, contacts
@@ -314,7 +314,7 @@ class SimNode(Node):
         cars = [
             {
                 "name": wires.names.prefix.rstrip("/") or "car",
-                "laps": self.world.laps(index),
+                "laps": [lap.to_dict() for lap in self.world.laps(index)],
                 "contacts": self.world.contacts(index),
             }
             for index, wires in enumerate(self.wires)

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from firstlap import _core
+from firstlap._core import Contact, Lap, ObstacleSeen
 from firstlap.common.errors import InputError
 from firstlap.common.version import __version__
 from firstlap.config.car_file import CAR_FIELDS, Car, load_car
@@ -26,7 +27,6 @@ from firstlap.config.driver_kind import (
 from firstlap.config.parameters import Field, FieldTable
 from firstlap.config.setup_file import Setup, choose_setup
 from firstlap.perception.scan import judge
-from firstlap.recordings.step_log import STATUSES
 from firstlap.sim.lidar import core_track
 from firstlap.tracks.track import Track
 
@@ -35,44 +35,6 @@ OPTION_FIELDS = FieldTable([*_core.RaceOptions.fields(), *_core.Car.fields()])
 OPTIONS = "race options"
 """Name of the conditions in messages."""
 SCANS_PER_LOOK = 40
-
-
-@dataclass(frozen=True)
-class Lap:
-    """time [s] interpolated at the line, distance [m], speeds [m/s], min_clearance and rms_offset [m]."""
-
-    time: float
-    distance: float
-    mean_speed: float
-    max_speed: float
-    min_clearance: float
-    rms_offset: float
-    standing: bool
-
-
-@dataclass(frozen=True)
-class Contact:
-    """Time [s] and position (map frame, s along the centerline) [m] of a contact with a wall or the sudden obstacle."""
-
-    time: float
-    x: float
-    y: float
-    s: float
-    obstacle: bool = False
-
-
-@dataclass(frozen=True)
-class ObstacleSeen:
-    """Time [s] at which the sudden obstacle appeared, its center (map frame) [m, rad], the car's speed [m/s] and yaw
-    rate [rad/s] at that time, and the smallest clearance between the two since then [m]."""
-
-    time: float
-    x: float
-    y: float
-    yaw: float
-    speed: float
-    yaw_rate: float
-    clearance: float
 
 
 @dataclass(frozen=True)
@@ -99,7 +61,7 @@ class RaceResult:
 
     outcome: finished, contact, stuck, timeout, wrong_way, or running when it was interrupted.
     options: conditions that were set, of the table `OPTION_FIELDS`, without laps and seed.
-    path: columns, one entry per scan, map frame and SI: time, x, y, yaw, speed, s, lateral_offset, ...
+    path: columns, one entry per scan, map frame and SI; see docs/results-format.md.
     compute_times: (steps,) microseconds of each driver step, by its thread's CPU clock.
     skipped_scans: number of scans that arrived while the driver was busy and were replaced by the next one.
     latency: how the compute time delayed the commands. preparation: done before the race.
@@ -159,9 +121,9 @@ class RaceResult:
             "options": dict(self.options),
             "seed": self.seed,
             "outcome": self.outcome,
-            "laps": [asdict(lap) for lap in self.laps],
+            "laps": [lap.to_dict() for lap in self.laps],
             "best": self.best,
-            "contact": asdict(self.contact) if self.contact else None,
+            "contact": self.contact.to_dict() if self.contact else None,
             "ending": asdict(self.ending) if self.ending else None,
             "latency": self.latency,
             "skipped_scans": self.skipped_scans,
@@ -317,14 +279,14 @@ def race(
         outcome=found["outcome"],
         time=found["time"],
         distance=found["distance"],
-        laps=[Lap(**lap) for lap in found["laps"]],
-        contact=Contact(**found["contact"]) if found["contact"] else None,
+        laps=found["laps"],
+        contact=found["contact"],
         compute_times=found["compute_times"],
         path=found["path"],
         options=dict(options or {}),
         skipped_scans=found["skipped_scans"],
         latency=latency,
-        obstacle=ObstacleSeen(**found["obstacle"]) if found["obstacle"] else None,
+        obstacle=found["obstacle"],
         preparation=preparation,
         ending=None if found["outcome"] == "finished" else _ending(running, car, found["path"]["status"]),
     )
@@ -334,4 +296,4 @@ def _ending(running: _core.Race, car: Car, statuses: npt.NDArray[Any]) -> Ending
     if not len(statuses):
         return None
     judged = judge(running.scan(), 1.0 / float(car.core.get("lidar", "rate")))  # type: ignore[arg-type]
-    return Ending(STATUSES[int(statuses[-1])], judged.fault, judged.reason)
+    return Ending(_core.STATUSES[int(statuses[-1])], judged.fault, judged.reason)

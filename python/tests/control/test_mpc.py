@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from firstlap._core import VehicleState
 from firstlap.config.car_file import load_car
 from firstlap.control.mpc.controller import Controller
 from firstlap.control.mpc.horizon import ACCEL, COMMAND, OFFSET, VX, WHEEL, exponential
@@ -69,8 +70,8 @@ def drive(control: Controller, body: tuple[float, ...], seconds: float, step=Non
     time = 0.0
     for index in range(round(seconds / DT)):
         pose, measured = body[:3], (body[3], body[5], body[6])
-        given = step(index, pose, measured) if step else (pose, *measured)
-        found = control.step(*given, DT)
+        given, *felt = step(index, pose, measured) if step else (pose, *measured)
+        found = control.step(given, VehicleState(*felt), DT)
         said.append(found.status)
         assert math.isfinite(found.speed)
         assert found.speed >= 0.0
@@ -113,8 +114,8 @@ def test_a_mirrored_state_mirrors_the_steering():
     one, other = controller(), controller(line=other_line, track=other_track)
     state = (POINTS[100, 0], POINTS[100, 1] + 0.2, 0.1)
     for _ in range(4):
-        a = one.step(state, 4.0, 0.3, 0.05, DT)
-        b = other.step((state[0], -state[1], -state[2]), 4.0, -0.3, -0.05, DT)
+        a = one.step(state, VehicleState(4.0, 0.3, 0.05), DT)
+        b = other.step((state[0], -state[1], -state[2]), VehicleState(4.0, -0.3, -0.05), DT)
         assert b.speed == pytest.approx(a.speed, abs=1e-3)
         assert b.steering_angle == pytest.approx(-a.steering_angle, abs=1e-3)
 
@@ -123,7 +124,7 @@ def test_plans_keep_to_the_limits_of_the_actuators():
     control = controller()
     for offset in (-1.0, 1.0):
         control.reset()
-        control.step((POINTS[150, 0], POINTS[150, 1] + offset, 0.6), 7.0, -1.0, 0.3, DT)
+        control.step((POINTS[150, 0], POINTS[150, 1] + offset, 0.6), VehicleState(7.0, -1.0, 0.3), DT)
         plan, model = control.plan, control.model
         assert np.abs(plan.inputs[COMMAND]).max() <= model.steering_limit + 1e-4
         assert np.abs(plan.inputs[COMMAND] - plan.states[WHEEL, :-1]).max() <= model.servo_reach + 1e-3
@@ -152,7 +153,7 @@ def test_it_starts_from_standstill_and_slows_before_the_bend():
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, 1e12])
 def test_without_a_pose_the_car_never_moves(bad):
-    found = controller().step((bad, 0.0, 0.0), 4.0, 0.0, 0.0, DT)
+    found = controller().step((bad, 0.0, 0.0), VehicleState(4.0), DT)
     assert found == (0.0, 0.0, "bad_state")
 
 
@@ -224,7 +225,7 @@ def test_absurd_states_give_commands_within_limits(state):
     control = controller()
     for pose in ((20.0, 0.0, 0.0), (20.0, 1.8, 1.5), (20.0, 0.0, 3.1), (400.0, 0.0, 0.0), (20.0, 0.0, 1e5)):
         for _ in range(3):
-            found = control.step(pose, *state, DT)
+            found = control.step(pose, VehicleState(*state), DT)
             assert math.isfinite(found.speed)
             assert 0.0 <= found.speed <= 60.0
             assert abs(found.steering_angle) <= control.model.steering_limit
@@ -233,7 +234,7 @@ def test_absurd_states_give_commands_within_limits(state):
 @pytest.mark.parametrize("pose", [(20.0, 8.0, 0.0), (20.0, 0.0, 3.1)])
 def test_far_off_or_against_the_line_the_car_stops(pose):
     control = controller()
-    found = control.step(pose, 2.0, 0.0, 0.0, DT)
+    found = control.step(pose, VehicleState(2.0), DT)
     assert found.status == "no_path"
     assert found.speed < 2.0
 

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from firstlap._core import VehicleState
 from firstlap.config.car_file import Car
 from firstlap.control.mpc.horizon import OFFSET, Plan, S, believable, first_plan, linearised
 from firstlap.control.mpc.line_table import LineTable
@@ -77,20 +78,19 @@ class Controller:
     def step(
         self,
         pose: tuple[float, float, float] | None,
-        speed: float,
-        yaw_rate: float,
-        steering_angle: float,
+        measured: VehicleState,
         dt: float,
         pose_age: float = 0.0,
     ) -> Step:
         """One command. Does not raise for invalid data.
 
         pose: x, y, yaw of base_link in the track's frame, measured `pose_age` seconds ago; None or not finite if
-        there is none. speed [m/s], yaw_rate [rad/s], steering_angle [rad]: measured now. dt: seconds since the last.
+        there is none. measured: now. dt: seconds since the last.
         """
         begin = self._clock()
         dt = dt if math.isfinite(dt) and 0.0 < dt < 1.0 else USUAL_PERIOD
-        self._observe(pose, (speed, yaw_rate, steering_angle), dt, pose_age)
+        speed = measured.speed
+        self._observe(pose, (speed, measured.yaw_rate, measured.steering_angle), dt, pose_age)
         if self.body is None:
             self.acting = (speed if math.isfinite(speed) else 0.0, 0.0)
             return self._give(Step(0.0, 0.0, "bad_state"), self.time + self.params.latency)

@@ -51,7 +51,7 @@ class PoseDriver:
         """One command, for `_core.CallbackDriver`."""
         pose = self._pose(dt)
         begin = thread_time()
-        found = self.controller.step(pose, *state, dt, self.errors.age)
+        found = self.controller.step(pose, state, dt, self.errors.age)
         self.times.append(thread_time() - begin)
         return found.speed, found.steering_angle, found.status
 

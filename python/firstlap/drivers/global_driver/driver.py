@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from firstlap import _core
+from firstlap._core import Estimate
 from firstlap.config.car_file import Car
 from firstlap.config.setup_file import load_setup
 from firstlap.control.mpc.controller import Controller, Step
@@ -17,7 +18,7 @@ from firstlap.drivers.global_driver.guard import Guard, returns, way_ahead
 from firstlap.drivers.global_driver.params import Parts
 from firstlap.drivers.global_driver.prepare import MAPPING_SETUP, Prepared
 from firstlap.drivers.global_driver.relocalization import Relocalization
-from firstlap.localization.localizer import Estimate, Localizer
+from firstlap.localization.localizer import Localizer
 from firstlap.mapping.alignment import align
 from firstlap.mapping.observation import motion_of
 from firstlap.mapping.poses import between, compose
@@ -90,7 +91,7 @@ class GlobalDriver:
             pose = self._reckoned(state, dt) or pose
         self._meet(pose)
         self.controller.braking = self.guard.braking
-        step = self.controller.step(pose, *state, dt)
+        step = self.controller.step(pose, state, dt)
         command = self._checked(step, scan, state)
         if pose is None or step.status in STOPS:
             self._lost_for += dt if math.isfinite(dt) else 0.0

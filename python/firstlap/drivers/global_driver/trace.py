@@ -37,7 +37,7 @@ def trace_of(driver: GlobalDriver) -> dict[str, Any]:
         "first_beam": scan.angle_min if scan else 0.0,
         "beam_step": scan.angle_increment if scan else 0.0,
         "pose": seen.get("pose"),
-        "estimate": driver.estimate._asdict() if driver.estimate else None,
+        "estimate": driver.estimate.to_dict() if driver.estimate else None,
         "particles": driver.localizer.core.particles,
         "blocked_at": driver.guard.blocked_at,
     }

@@ -6,13 +6,14 @@ import hashlib
 import json
 import os
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from firstlap._core import Lap
 from firstlap.common.cache import code_hash
 from firstlap.common.errors import InputError
 from firstlap.common.files import write_whole
@@ -20,7 +21,7 @@ from firstlap.common.version import __version__
 from firstlap.config.car_file import Car
 from firstlap.config.driver_kind import driver_kind
 from firstlap.config.setup_file import Setup
-from firstlap.sim.race import Lap, RaceResult
+from firstlap.sim.race import RaceResult
 from firstlap.tracks.track import Track
 from firstlap.tracks.track_hash import track_hash
 
@@ -111,7 +112,7 @@ class Store:
         facts = {
             name: getattr(record, name) for name in ("seed", "outcome", "time", "distance", "contact", "skipped_scans")
         }
-        facts["laps"] = [asdict(lap) for lap in record.laps]
+        facts["laps"] = [lap.to_dict() for lap in record.laps]
         arrays: dict[str, Any] = {"facts": json.dumps(facts), "compute_times": record.compute_times, **record.path}
         write_whole(self.folder / f"{key}.npz", lambda name: np.savez_compressed(name, **arrays))
 

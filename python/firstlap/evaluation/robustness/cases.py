@@ -309,7 +309,7 @@ class Robustness:
             case,
             verdict or found["outcome"],
             [],
-            None if contact is None else "obstacle" if contact["obstacle"] else "wall",
+            None if contact is None else "obstacle" if contact.obstacle else "wall",
             float(running.s),
             seen["speed"] if seen else None,
             seen["clearance"] if seen else None,
