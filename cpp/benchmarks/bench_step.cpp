@@ -116,7 +116,8 @@ void stage_sample_sections(benchmark::State& state) {
   Stages s(state.range(0));
   Buffer<SectionSample> samples(max_samples);
   for (auto _ : state) {
-    sample_sections(s.racer.trace().points, s.racer.trace().sections, CarGeometry{}, 0.15, samples);
+    sample_sections(s.racer.trace().points, s.racer.trace().sections, CarGeometry{}, 0.15, s.params.segmentation,
+                    samples);
     benchmark::DoNotOptimize(samples.data());
   }
 }
@@ -124,7 +125,8 @@ void stage_sample_sections(benchmark::State& state) {
 void stage_vote_by_past(benchmark::State& state) {
   Stages s(state.range(0));
   Buffer<SectionSample> samples(max_samples);
-  sample_sections(s.racer.trace().points, s.racer.trace().sections, CarGeometry{}, 0.15, samples);
+  sample_sections(s.racer.trace().points, s.racer.trace().sections, CarGeometry{}, 0.15, s.params.segmentation,
+                  samples);
   for (auto _ : state) {
     label_from_history(s.racer.trace().walls, s.racer.trace().path, Buffer<TrailPoint>(1), s.params.segmentation,
                        samples);
@@ -138,7 +140,8 @@ void stage_sides(benchmark::State& state) {
   LocalWalls walls;
   for (auto _ : state) {
     const Candidates c = rank_splits(t.points, t.sections, t.samples, 1.8, s.params.car, s.params.segmentation);
-    split_into_sides(t.points, t.sections, t.samples, c.items[0].split, CarGeometry{}, 0.15, 0.8, 5.0, walls);
+    split_into_sides(t.points, t.sections, t.samples, {c.items[0].split, 1.8, 0.15}, CarGeometry{},
+                     s.params.segmentation, walls);
     benchmark::DoNotOptimize(walls.left.x.data());
   }
 }

@@ -19,13 +19,12 @@ constexpr std::size_t fewest_points = 4;  // of a line or a path: fewer have no 
 constexpr std::size_t fewest_ahead = 2;   // of them ahead of the front axle
 
 // True where the line passes the car against its heading.
-bool leads_back(const Centerline& line) noexcept {
-  constexpr double clearly = -0.3;  // cosine of the angle
+bool leads_back(const Centerline& line, const CenterlineParams& params) noexcept {
   if (line.points.size() < 2) return false;
   const std::size_t i = std::clamp<std::size_t>(line.nearest, 1, line.points.size() - 1);
   const double dx = line.points[i].x - line.points[i - 1].x;
   const double dy = line.points[i].y - line.points[i - 1].y;
-  return dx < clearly * norm(dx, dy);
+  return dx < params.against_heading * norm(dx, dy);
 }
 
 // [1/m] of the arc that the car drives; standing, it has none.
@@ -37,24 +36,21 @@ double curvature_driven(const VehicleState& state, const Params& params) noexcep
 // Walls and centerline for one split, as a candidate.
 void build_line(std::size_t split, const RacerMemory& memory, const Params& params, RacerWorkspace& work) noexcept {
   const Trace& seen = work.step;
-  const SegmentationParams& p = params.segmentation;
   const double width = width_of(memory, params.track_width);
-  split_into_sides(seen.points, seen.sections, seen.samples, split, params.car, params.centerline.spacing,
-                   passable_gap(width, p), p.chain_gap, work.walls);
+  split_into_sides(seen.points, seen.sections, seen.samples, {split, width, params.centerline.spacing}, params.car,
+                   params.segmentation, work.walls);
   carry_over_occluded(memory.walls, work.table, work.ranges, params.car, params.centerline.memory_time, work.walls);
   trace_centerline(work.walls, memory.trail, width, params.car, params.track_width, params.centerline, work.line);
 }
-
-constexpr double enough = 2.5;  // [m] of line that leaves no doubt
 
 // What a split is worth against the best-ranked one: by its own score, and by the line that it gives.
 double split_value(const SplitCandidate& candidate, const Centerline& line, const Params& params,
                    const Trace& seen) noexcept {
   constexpr double tiny = 1e-3;  // for scores that may be 0
-  const double penalty = line.end == LineEnd::turns_back ? 0.3 : 1.0;
-  return penalty * std::min(line.ahead, 2.0 * enough) * std::max(candidate.score, tiny) /
-         std::max(seen.candidates.items[0].score, tiny) * clearance_score(line, params.car) *
-         side_consistency(seen.sections, seen.samples, candidate.split);
+  const double penalty = line.end == LineEnd::turns_back ? params.centerline.turn_back_score : 1.0;
+  return penalty * std::min(line.ahead, 2.0 * params.centerline.line_enough) * std::max(candidate.score, tiny) /
+         std::max(seen.candidates.items[0].score, tiny) * clearance_score(line, params.car, params.centerline) *
+         side_consistency(seen.sections, seen.samples, candidate.split, params.segmentation);
 }
 
 // The best split is the one whose line is usable for longest; the others are tried only where the first
@@ -64,7 +60,7 @@ void choose_split(const RacerMemory& memory, const Params& params, RacerWorkspac
   step.candidates = rank_splits(step.points, step.sections, step.samples, width_of(memory, params.track_width),
                                 params.car, params.segmentation);
   double best = -1.0;
-  for (std::size_t i = 0; i < step.candidates.count && best < enough; ++i) {
+  for (std::size_t i = 0; i < step.candidates.count && best < params.centerline.line_enough; ++i) {
     const SplitCandidate& candidate = step.candidates.items[i];
     build_line(candidate.split, memory, params, work);
     const double value = split_value(candidate, work.line, params, step);
@@ -121,7 +117,7 @@ bool perceive(const LaserScan& scan, const VehicleState& state, const RacerMemor
   if (step.points.size() < scan_limits::fewest_returns) return false;
   segment(step.points, work.table.angle_step(), width_of(memory, params.track_width), params.segmentation,
           step.sections);
-  sample_sections(step.points, step.sections, params.car, params.centerline.spacing, step.samples);
+  sample_sections(step.points, step.sections, params.car, params.centerline.spacing, params.segmentation, step.samples);
   label_samples(memory, params, step.samples);
   ranges_by_beam(step.points, work.table.size(), work.ranges);
   return true;
@@ -129,7 +125,7 @@ bool perceive(const LaserScan& scan, const VehicleState& state, const RacerMemor
 
 void find_line(const Params& params, RacerMemory& memory, RacerWorkspace& work) noexcept {
   choose_split(memory, params, work);
-  if (leads_back(work.step.line)) {
+  if (leads_back(work.step.line, params.centerline)) {
     forget_direction(memory);
     label_samples(memory, params, work.step.samples);
     choose_split(memory, params, work);

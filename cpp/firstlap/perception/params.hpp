@@ -50,6 +50,17 @@ struct SegmentationParams {
   double past_radius = 0.3;
   double path_radius = 1.6;
   double chain_gap = 5.0;
+  double far_sigma = 1.7;
+  int seen_through = 10;
+  int small_points = 3;
+  double hole_score = 0.2;
+  double behind_score = 0.5;
+  double fit_share = 0.7;
+  double both_share = 0.3;
+  double end_step = 0.5;
+  double sight_step = 0.5;
+  int split_candidates = 3;
+  double side_change_score = 0.6;
 
   static constexpr auto fields() {
     using P = SegmentationParams;
@@ -58,7 +69,7 @@ struct SegmentationParams {
               "smallest incidence that still is one wall (Borges and Aldon's lambda)"},
         Field{"range_sigma", &P::range_sigma, "m", 0.0, 0.1, "range noise that the break test allows for, three times"},
         Field{"mean_gain", &P::mean_gain, "", 0.01, 1.0, "weight of the newest distance in the weighted mean"},
-        Field{"mean_factor", &P::mean_factor, "", 1.0, 20.0, "a distance above this many means is a break"},
+        Field{"mean_factor", &P::mean_factor, "", 0.0, 20.0, "a distance above this many means is a break (0: off)"},
         Field{"break_min", &P::break_min, "m", 0.01, 1.0, "no break below this distance"},
         Field{"break_max", &P::break_max, "m", 0.1, 3.0, "always a break above this distance"},
         Field{"max_beam_gap", &P::max_beam_gap, "beams", 1.0, 100.0, "more lost beams in a row are a break"},
@@ -79,6 +90,24 @@ struct SegmentationParams {
         Field{"path_radius", &P::path_radius, "m", 0.0, 4.0,
               "wall points this near to the previous path keep its side"},
         Field{"chain_gap", &P::chain_gap, "m", 0.5, 20.0, "a side ends where its next section is further away"},
+        Field{"far_sigma", &P::far_sigma, "", 1.0, 5.0, "factor on range_sigma beyond 10 m (1: off)"},
+        Field{"seen_through", &P::seen_through, "", 0.0, 100.0,
+              "sections that may show through one gap in a wall, and then are not track (0: off)"},
+        Field{"small_points", &P::small_points, "", 1.0, 2048.0,
+              "an eliminated section with so many points keeps the side that it had (2048: off)"},
+        Field{"hole_score", &P::hole_score, "", 0.0, 1.0, "score of a hole in one wall against a gap (1: off)"},
+        Field{"behind_score", &P::behind_score, "", 0.0, 1.0, "score of a gap behind the laser (1: off)"},
+        Field{"fit_share", &P::fit_share, "", 0.0, 2.0,
+              "a gap narrower than this share of the track width scores less (0: off)"},
+        Field{"both_share", &P::both_share, "", 0.0, 1.0,
+              "one wall around the car, this share of it on the other side before, is a dead end (1: off)"},
+        Field{"end_step", &P::end_step, "m", 0.0, 30.0,
+              "beside the car, what shows this far past a wall's end need not be that wall (30: off)"},
+        Field{"sight_step", &P::sight_step, "m", 0.0, 30.0,
+              "past the end of a wall, the beam that goes on this far bounds what is hidden (30: off)"},
+        Field{"split_candidates", &P::split_candidates, "", 1.0, 3.0, "best splits that may be tried (1: off)"},
+        Field{"side_change_score", &P::side_change_score, "", 0.0, 1.0,
+              "score of a split for each section that changes its side (1: off)"},
     };
   }
 };
@@ -91,6 +120,8 @@ struct TrackWidthParams {
   int width_window = 5;
   double width_blend = 4.0;
   double apex_width = 0.25;
+  double bend_gain = 2.0;
+  double way_on_share = 1.0;
 
   static constexpr auto fields() {
     using P = TrackWidthParams;
@@ -103,6 +134,10 @@ struct TrackWidthParams {
         Field{"width_window", &P::width_window, "", 1.0, 25.0, "points in the moving average"},
         Field{"apex_width", &P::apex_width, "", 0.0, 1.0,
               "share by which the track is taken to be wider just past an apex that hides its wall"},
+        Field{"bend_gain", &P::bend_gain, "", 0.0, 10.0,
+              "how soon a wall that bends across the end of the other one makes the track wider there (0: off)"},
+        Field{"way_on_share", &P::way_on_share, "", 0.0, 1.0,
+              "share of what is in sight past an end by which the way on leads that makes the track wider (0: off)"},
         Field{"width_blend", &P::width_blend, "m", 0.1, 20.0,
               "beyond the last pair the width fades to the remembered one over this"},
     };

@@ -94,10 +94,10 @@ int side_of_way(const Points& path, std::size_t stride, double x, double y, doub
 
 // The line of sight past an end of a section, where the next beam beyond it went on for long. It runs along that beam:
 // beams may be missing in between.
-Sight sight_past(const ScanPoint& end, const ScanPoint& beyond, const CarGeometry& car, double shadow) noexcept {
-  constexpr double on = 0.5;       // [m] that the next beam must go on
+Sight sight_past(const ScanPoint& end, const ScanPoint& beyond, const CarGeometry& car, double step,
+                 double shadow) noexcept {
   constexpr double apart = 0.988;  // cosine of the angle beyond which the next beam tells nothing of this end
-  if (beyond.range < end.range + on) return {};
+  if (beyond.range < end.range + step) return {};
   const double ex = end.x - car.laser_x;
   const double ey = end.y - car.laser_y;
   const double bx = beyond.x - car.laser_x;
@@ -110,8 +110,8 @@ Sight sight_past(const ScanPoint& end, const ScanPoint& beyond, const CarGeometr
 }  // namespace
 
 void sample_sections(const Buffer<ScanPoint>& points, const Buffer<Section>& sections, const CarGeometry& car,
-                     double spacing, Buffer<SectionSample>& samples) noexcept {
-  constexpr std::size_t enough = 3;  // points that are no chance
+                     double spacing, const SegmentationParams& params, Buffer<SectionSample>& samples) noexcept {
+  const auto enough = static_cast<std::size_t>(params.small_points);
   samples.clear();
   for (std::size_t i = 0; i < sections.size(); ++i) {
     const Section& section = sections[i];
@@ -122,9 +122,9 @@ void sample_sections(const Buffer<ScanPoint>& points, const Buffer<Section>& sec
     sample_section(points, section, i, spacing, samples);
     if (samples.size() == before) return;
     if (section.first > 0)
-      samples[before].sight = sight_past(points[section.first], points[section.first - 1], car, 1.0);
+      samples[before].sight = sight_past(points[section.first], points[section.first - 1], car, params.sight_step, 1.0);
     if (section.last + 1 < points.size())
-      samples.back().sight = sight_past(points[section.last], points[section.last + 1], car, -1.0);
+      samples.back().sight = sight_past(points[section.last], points[section.last + 1], car, params.sight_step, -1.0);
   }
 }
 

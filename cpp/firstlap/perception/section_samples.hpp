@@ -37,7 +37,7 @@ struct SectionSample {
 
 // Samples of all sections that are not seen through, about `spacing` apart, in scan order.
 void sample_sections(const Buffer<ScanPoint>& points, const Buffer<Section>& sections, const CarGeometry& car,
-                     double spacing, Buffer<SectionSample>& samples) noexcept;
+                     double spacing, const SegmentationParams& params, Buffer<SectionSample>& samples) noexcept;
 
 // Gives each sample the side that it had in the past: that of a wall sample seen there before, or of
 // the side of the previous path or of the car's trail on which it lies. All are in today's base_link.

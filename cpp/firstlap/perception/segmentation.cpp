@@ -36,7 +36,7 @@ class BreakLimit {
   [[nodiscard]] double limit(const ScanPoint& a, const ScanPoint& b, double beams, double mean) const noexcept {
     const double range = std::min(a.range, b.range);
     const double lowest = floor(range, beams);
-    const double sigma = params_.range_sigma * (a.range > 10.0 ? 1.7 : 1.0);
+    const double sigma = params_.range_sigma * (a.range > 10.0 ? params_.far_sigma : 1.0);
     const double ratio =
         beams == 1.0 ? ratio_of_neighbours_ : breakpoint_ratio(beams * angle_step_, params_.break_angle);
     const double adaptive = range * ratio + 3.0 * sigma;
@@ -122,8 +122,9 @@ bool lie_behind_gap(const Buffer<ScanPoint>& points, const Buffer<Section>& sect
 // Pipes leave gaps at their joints, and one sees through them and over low walls. Where the gap between
 // two sections is too narrow to drive through, what shows between them is not track. A piece of pipe may
 // itself be too small to count; next to a piece that does, it is wall.
-void drop_seen_through(const Buffer<ScanPoint>& points, double gap, Buffer<Section>& sections) noexcept {
-  constexpr std::size_t reach = 10;  // sections that may show through one gap
+void drop_seen_through(const Buffer<ScanPoint>& points, double gap, std::size_t reach,
+                       Buffer<Section>& sections) noexcept {
+  if (reach == 0) return;
   const auto is_solid = [](const Section& s) {
     return s.status == SectionStatus::kept || (s.status == SectionStatus::too_small && s.last - s.first >= 2);
   };
@@ -175,7 +176,7 @@ void segment(const Buffer<ScanPoint>& points, double angle_step, double width, c
     measure(points, section);
     eliminate(params, beam_step, section);
   }
-  drop_seen_through(points, passable, sections);
+  drop_seen_through(points, passable, static_cast<std::size_t>(params.seen_through), sections);
 }
 
 }  // namespace firstlap

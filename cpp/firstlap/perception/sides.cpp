@@ -45,11 +45,11 @@ bool is_hole(const Buffer<ScanPoint>& points, const Section& a, const Section& b
                  direction_at(&points[b.first], &points[b.last], 1));
 }
 
-void insert_candidate(SplitCandidate candidate, Candidates& best) noexcept {
+void insert_candidate(SplitCandidate candidate, std::size_t most, Candidates& best) noexcept {
   std::size_t at = best.count;
   while (at > 0 && best.items[at - 1].score < candidate.score) --at;
-  if (at >= max_candidates) return;
-  best.count = std::min(best.count + 1, max_candidates);
+  if (at >= most) return;
+  best.count = std::min(best.count + 1, most);
   for (std::size_t i = best.count - 1; i > at; --i) best.items[i] = best.items[i - 1];
   best.items[at] = candidate;
 }
@@ -119,8 +119,7 @@ struct Beyond {
 };
 
 Beyond beyond_ends(const Buffer<ScanPoint>& points, const Buffer<Section>& sections, const CarGeometry& car,
-                   std::size_t split) noexcept {
-  constexpr double on = 0.5;  // [m] that the next wall is further away
+                   std::size_t split, double step) noexcept {
   const double beside = car.laser_x + 0.3;
   Beyond beyond;
   std::size_t before = sections.size();
@@ -129,8 +128,8 @@ Beyond beyond_ends(const Buffer<ScanPoint>& points, const Buffer<Section>& secti
     if (before < i) {
       const ScanPoint& end = points[sections[before].last];
       const ScanPoint& start = points[sections[i].first];
-      if (i < split && end.range > start.range + on && start.x < beside) beyond.right = i;
-      if (before >= split && start.range > end.range + on && end.x < beside)
+      if (i < split && end.range > start.range + step && start.x < beside) beyond.right = i;
+      if (before >= split && start.range > end.range + step && end.x < beside)
         beyond.left = std::min(beyond.left, before);
     }
     before = i;
@@ -138,11 +137,17 @@ Beyond beyond_ends(const Buffer<ScanPoint>& points, const Buffer<Section>& secti
   return beyond;
 }
 
+// How the ranges of one side hang together.
+struct Chain {
+  double spacing;  // [m] of the samples that bridge a gap
+  double bridge;   // [m] narrower gaps are bridged
+  double gap;      // [m] wider ones end the side
+};
+
 // The ranges of one side, in scan order, as far as they hang together with its best anchor. What is near
 // the car always counts.
 void build_side(const Buffer<SectionSample>& samples, std::span<const SampleRange> ranges,
-                std::span<const double> weight, double spacing, double bridge, double chain_gap,
-                WallSide& side) noexcept {
+                std::span<const double> weight, const Chain& chain, WallSide& side) noexcept {
   side.clear();
   if (ranges.empty()) return;
   std::size_t anchor = 0;
@@ -151,16 +156,16 @@ void build_side(const Buffer<SectionSample>& samples, std::span<const SampleRang
   std::size_t first = anchor;
   std::size_t last = anchor;
   const auto hangs_on = [&](const SampleRange& next, double gap) {
-    return gap < chain_gap || next.nearest < chain_gap;
+    return gap < chain.gap || next.nearest < chain.gap;
   };
   while (first > 0 && hangs_on(ranges[first - 1], gap_between(samples, ranges[first - 1], ranges[first]))) --first;
   while (last + 1 < ranges.size() && hangs_on(ranges[last + 1], gap_between(samples, ranges[last], ranges[last + 1])))
     ++last;
   bool open_before = true;
   for (std::size_t i = first; i <= last; ++i) {
-    const bool bridged = i < last && gap_between(samples, ranges[i], ranges[i + 1]) < bridge;
+    const bool bridged = i < last && gap_between(samples, ranges[i], ranges[i + 1]) < chain.bridge;
     push_range(samples, ranges[i], open_before, !bridged, side);
-    if (bridged) push_bridge(samples, ranges[i], ranges[i + 1], spacing, side);
+    if (bridged) push_bridge(samples, ranges[i], ranges[i + 1], chain.spacing, side);
     open_before = !bridged;
   }
 }
@@ -205,13 +210,12 @@ Candidates rank_splits(const Buffer<ScanPoint>& points, const Buffer<Section>& s
     wrong += sample.vote < 0 ? 1.0 : 0.0;
   }
   const double right_before = wrong;
-  constexpr double hole_score = 0.2;  // against a gap of the same depth
   const double gap_needed = passable_gap(width, params);
   const auto consider = [&](std::size_t split, double depth) {
     const double share = votes > 0.0 ? wrong / votes : 0.0;
     const double trust = std::min(1.0, votes / 20.0);
     const double factor = 1.0 - params.past_weight * trust * std::min(1.0, 3.0 * share);
-    insert_candidate({split, depth * factor}, best);
+    insert_candidate({split, depth * factor}, static_cast<std::size_t>(params.split_candidates), best);
   };
 
   const ScanPoint& start = points[sections[first].first];
@@ -226,9 +230,9 @@ Candidates rank_splits(const Buffer<ScanPoint>& points, const Buffer<Section>& s
       const bool passable = gap >= gap_needed;
       const bool behind = 0.5 * (a.x + b.x) < car.laser_x;
       // The way on is about as wide as the track has been.
-      const double fit = std::min(1.0, gap / (0.7 * width));
-      const double depth = std::max(a.range, b.range) * fit * (behind ? 0.5 : 1.0);
-      if (passable) consider(i, is_hole(points, *before, sections[i]) ? hole_score * depth : depth);
+      const double fit = std::min(1.0, gap / (params.fit_share * width));
+      const double depth = std::max(a.range, b.range) * fit * (behind ? params.behind_score : 1.0);
+      if (passable) consider(i, is_hole(points, *before, sections[i]) ? params.hole_score * depth : depth);
     }
     for (; sample < samples.size() && samples[sample].section <= i; ++sample) wrong += samples[sample].vote;
     if (sections[i].status == SectionStatus::kept) before = &sections[i];
@@ -239,20 +243,21 @@ Candidates rank_splits(const Buffer<ScanPoint>& points, const Buffer<Section>& s
   // A single wall that runs from one side round to the other is that of the side where it begins.
   if (best.count == 0) consider(n, params.one_sided_score * end.range);
   // One wall that is beside the car on both sides, and was both sides before, is a dead end.
-  constexpr double both = 0.3;  // share of it that was the other side
   const bool around = start.y < 0.0 && end.y > 0.0 && start.x < car.laser_x && end.x < car.laser_x;
   const double left_before = votes - right_before;
-  if (around && before == &sections[first] && (votes == 0.0 || std::min(right_before, left_before) > both * votes))
+  if (params.both_share < 1.0 && around && before == &sections[first] &&
+      (votes == 0.0 || std::min(right_before, left_before) > params.both_share * votes))
     best.count = 0;
   return best;
 }
 
 void split_into_sides(const Buffer<ScanPoint>& points, const Buffer<Section>& sections,
-                      const Buffer<SectionSample>& samples, std::size_t split, const CarGeometry& car, double spacing,
-                      double bridge, double chain_gap, LocalWalls& walls) noexcept {
+                      const Buffer<SectionSample>& samples, const Split& split, const CarGeometry& car,
+                      const SegmentationParams& params, LocalWalls& walls) noexcept {
   SideRanges right;
   SideRanges left;
-  const Beyond beyond = beyond_ends(points, sections, car, split);
+  const Beyond beyond = beyond_ends(points, sections, car, split.at, params.end_step);
+  const Chain chain{split.spacing, passable_gap(split.width, params), params.chain_gap};
   for (std::size_t i = 0; i < samples.size();) {
     const std::size_t index = samples[i].section;
     SampleRange range{i, i, sections[index].nearest};
@@ -266,12 +271,12 @@ void split_into_sides(const Buffer<ScanPoint>& points, const Buffer<Section>& se
     i = range.last + 1;
     const bool shows_past = index < beyond.right || index > beyond.left;
     if (shows_past && votes == 0) continue;
-    const bool is_right = (small && votes != 0) || shows_past ? votes < 0 : index < split;
+    const bool is_right = (small && votes != 0) || shows_past ? votes < 0 : index < split.at;
     (is_right ? right : left).push(range, small ? 0.0 : section.length / std::max(0.1, section.nearest));
   }
-  build_side(samples, right.ranges(), right.weights(), spacing, bridge, chain_gap, walls.right);
-  build_side(samples, left.ranges(), left.weights(), spacing, bridge, chain_gap, walls.left);
-  mark_way_on(sections, samples, split, walls);
+  build_side(samples, right.ranges(), right.weights(), chain, walls.right);
+  build_side(samples, left.ranges(), left.weights(), chain, walls.left);
+  mark_way_on(sections, samples, split.at, walls);
 }
 
 }  // namespace firstlap

@@ -43,9 +43,16 @@ Candidates rank_splits(const Buffer<ScanPoint>& points, const Buffer<Section>& s
                        const Buffer<SectionSample>& samples, double width, const CarGeometry& car,
                        const SegmentationParams& params) noexcept;
 
+// What tells the sides apart.
+struct Split {
+  std::size_t at = 0;    // sections before it are right, from it on left
+  double width = 0.0;    // [m] remembered track width: narrower gaps that are no way through are bridged
+  double spacing = 0.0;  // [m] of wall samples
+};
+
 // The wall samples of each side for one split, with small gaps bridged and visible ends marked.
 void split_into_sides(const Buffer<ScanPoint>& points, const Buffer<Section>& sections,
-                      const Buffer<SectionSample>& samples, std::size_t split, const CarGeometry& car, double spacing,
-                      double bridge, double chain_gap, LocalWalls& walls) noexcept;
+                      const Buffer<SectionSample>& samples, const Split& split, const CarGeometry& car,
+                      const SegmentationParams& params, LocalWalls& walls) noexcept;
 
 }  // namespace firstlap

@@ -46,8 +46,7 @@ Point2 nearest_between(Point2 a, Point2 b, double x, double y) noexcept {
 }
 
 // A side stands for the wall where its nearest sample is not a visible end that the point has passed.
-SideLook look_at(const WallSide& side, double x, double y) noexcept {
-  constexpr double neighbors = 0.5;  // [m] samples this near to each other are one wall
+SideLook look_at(const WallSide& side, const CenterlineParams& params, double x, double y) noexcept {
   SideLook look;
   if (side.size() == 0) return look;
   const Nearest nearest = nearest_sample(side, x, y);
@@ -57,11 +56,11 @@ SideLook look_at(const WallSide& side, double x, double y) noexcept {
   look.outward = side.outward[nearest.index];
   look.sight = side.sight[nearest.index];
   const double beyond = (x - sample.x) * look.outward.x + (y - sample.y) * look.outward.y;
-  look.representative = beyond <= 0.1 * nearest.distance;
+  look.representative = beyond <= params.end_slack * nearest.distance;
   for (const std::size_t k : {nearest.index - 1, nearest.index + 1}) {
     if (k >= side.size()) continue;
     const Point2 next = side.at(k);
-    if (norm(next.x - sample.x, next.y - sample.y) > neighbors) continue;
+    if (norm(next.x - sample.x, next.y - sample.y) > params.wall_step) continue;
     const Point2 between = nearest_between(sample, next, x, y);
     const double d = norm(x - between.x, y - between.y);
     if (d >= look.distance) continue;
@@ -105,7 +104,7 @@ bool estimate(SideLook& hidden, const SideLook& seen, double x, double y, double
   const double beyond = (x - end.x) * hidden.outward.x + (y - end.y) * hidden.outward.y;
   const double across = std::abs(hidden.outward.x * (x - seen.sample.x) + hidden.outward.y * (y - seen.sample.y)) /
                         std::max(seen.distance, 1e-6);
-  const double bends = std::min(1.0, 2.0 * across);
+  const double bends = std::min(1.0, params.bend_gain * across);
   const double apex = bends * std::clamp(1.0 - beyond / width, 0.0, 1.0);
   hidden.distance = width * (1.0 + params.apex_width * apex) - seen.distance;
   if (end_distance <= hidden.distance) {
@@ -115,16 +114,17 @@ bool estimate(SideLook& hidden, const SideLook& seen, double x, double y, double
   if (hidden.sight.shadow == 0.0F) return false;
   const Point2 shadow = nearest_in_shadow(hidden, x, y);
   const double free = std::min(norm(x - shadow.x, y - shadow.y), params.width_max - seen.distance);
-  const double share = hidden.sight.way_on ? 1.0 : bends;
+  const double share = std::max(bends, hidden.sight.way_on ? params.way_on_share : 0.0);
   if (free <= hidden.distance || share <= 0.0) return false;
   hidden.distance += share * (free - hidden.distance);
   hidden.sample = shadow;
   return true;
 }
 
-Look look_around(const LocalWalls& walls, double x, double y, double width, const TrackWidthParams& params) noexcept {
-  SideLook right = look_at(walls.right, x, y);
-  SideLook left = look_at(walls.left, x, y);
+Look look_around(const LocalWalls& walls, double x, double y, double width, const TrackWidthParams& params,
+                 const CenterlineParams& line_params) noexcept {
+  SideLook right = look_at(walls.right, line_params, x, y);
+  SideLook left = look_at(walls.left, line_params, x, y);
   Look look;
   look.wide = right.representative && left.representative && right.distance + left.distance > params.width_max;
   if (look.wide) (right.distance > left.distance ? right : left).representative = false;
@@ -180,8 +180,7 @@ class Box {
 };
 
 class Tracer {
-  static constexpr double on_line = 0.01;          // [m] difference of the distances that needs no correction
-  static constexpr double longest_in_sight = 4.0;  // [m] of line that no wall stands for, between lines of sight
+  static constexpr double on_line = 0.01;  // [m] difference of the distances that needs no correction
 
  public:
   Tracer(const LocalWalls& walls, const Buffer<TrailPoint>& trail, double width, const CarGeometry& car,
@@ -192,7 +191,7 @@ class Tracer {
         params_(params),
         width_(width),
         half_car_(0.5 * car.width),
-        latest_(static_cast<std::size_t>(apart / params.spacing)),
+        latest_(static_cast<std::size_t>(params.loop_length / params.spacing)),
         near_(0.3 * width) {
     for (const TrailPoint& p : trail) trail_box_.add(p.x, p.y);
   }
@@ -200,11 +199,11 @@ class Tracer {
   // The point of the line nearest to (x, y); false where there is none within reach.
   bool project(double& x, double& y, Look& look) const noexcept {
     for (int i = 0; i < 8; ++i) {
-      look = look_around(walls_, x, y, width_, width_params_);
+      look = look_around(walls_, x, y, width_, width_params_, params_);
       if (look.support == Support::none) return false;
       if (!correct(look, x, y, 0.5)) return false;
     }
-    look = look_around(walls_, x, y, width_, width_params_);
+    look = look_around(walls_, x, y, width_, width_params_, params_);
     return look.support != Support::none && std::abs(look.imbalance()) < 0.2;
   }
 
@@ -220,18 +219,18 @@ class Tracer {
       if (s > 0.0) {
         x += params_.spacing * hx;
         y += params_.spacing * hy;
-        look = look_around(walls_, x, y, width.value(), width_params_);
+        look = look_around(walls_, x, y, width.value(), width_params_, params_);
         // Between two visible ends, as where the track widens on both sides, it goes straight on.
         if (look.support != Support::none) {
           if (std::abs(look.imbalance()) > on_line) {
             correct(look, x, y, 0.7 * params_.spacing);
-            look = look_around(walls_, x, y, width.value(), width_params_);
+            look = look_around(walls_, x, y, width.value(), width_params_, params_);
           }
           turn(look, direction, hx, hy);
         }
       }
       unsupported = look.support == Support::none ? unsupported + params_.spacing : 0.0;
-      if (unsupported <= params_.spacing) furthest = look.in_sight ? std::max(width_, longest_in_sight) : width_;
+      if (unsupported <= params_.spacing) furthest = look.in_sight ? std::max(width_, params_.sight_length) : width_;
       if (unsupported > furthest) return LineEnd::unseen;
       if (look.room < half_car_) return LineEnd::narrow;
       if (direction > 0.0 && (runs_against_trail(x, y, hx, hy, s) || meets_itself(out, x, y)))
@@ -286,33 +285,32 @@ class Tracer {
   [[nodiscard]] bool runs_against_trail(double x, double y, double hx, double hy, double s) const noexcept {
     if (s < 1.0 || !trail_box_.holds(x, y, near_)) return false;
     for (const TrailPoint& p : trail_)
-      if (is_near(x - p.x, y - p.y) && hx * std::cos(p.yaw) + hy * std::sin(p.yaw) < -0.5) return true;
+      if (is_near(x - p.x, y - p.y) && hx * std::cos(p.yaw) + hy * std::sin(p.yaw) < params_.trail_against) return true;
     return false;
   }
 
-  static constexpr double apart = 2.0;  // [m] along the line, from where on it may meet itself
   const LocalWalls& walls_;
   const Buffer<TrailPoint>& trail_;
   const TrackWidthParams& width_params_;
   const CenterlineParams& params_;
   double width_;
   double half_car_;
-  std::size_t latest_;  // points over `apart`
+  std::size_t latest_;  // points over `loop_length`
   double near_;         // [m] nearer than this, lines are the same way
   Box trail_box_;
 };
 
 // True where the straight way from a to b meets a wall: what lies behind it is not this track.
-bool meets_wall(const LocalWalls& walls, Point2 a, Point2 b, double spacing) noexcept {
+bool meets_wall(const LocalWalls& walls, Point2 a, Point2 b, const CenterlineParams& params) noexcept {
   const double length = norm(b.x - a.x, b.y - a.y);
-  const int pieces = static_cast<int>(2.0 * length / spacing);
+  const int pieces = static_cast<int>(2.0 * length / params.spacing);
   for (int k = 1; k <= pieces; ++k) {
     const double t = static_cast<double>(k) / static_cast<double>(pieces);
     const double x = a.x + t * (b.x - a.x);
     const double y = a.y + t * (b.y - a.y);
     const double nearest =
         std::min(nearest_sample(walls.left, x, y).distance, nearest_sample(walls.right, x, y).distance);
-    if (nearest < 0.6 * spacing) return true;
+    if (nearest < params.seed_wall * params.spacing) return true;
   }
   return false;
 }
@@ -340,12 +338,15 @@ void trace_centerline(const LocalWalls& walls, const Buffer<TrailPoint>& trail, 
   const Tracer tracer(walls, trail, width, car, width_params, params);
 
   // The walls beside the car may be out of sight: begin as near to the front axle as the line is known.
-  for (const double ahead : {0.0, 0.5, 1.0, 1.5, 2.0, -0.5}) {
+  constexpr double step = 0.5;  // [m] between tries; the last one is as far behind
+  const int tries = static_cast<int>(params.seed_reach / step) + 2;
+  for (int i = 0; i < tries; ++i) {
+    const double ahead = i + 1 < tries ? step * i : -step;
     double x = car.wheelbase + ahead;
     double y = 0.0;
     Look look;
     if (!tracer.project(x, y, look) || look.slope() < 0.2) continue;
-    if (meets_wall(walls, {car.wheelbase, 0.0}, {x, y}, params.spacing)) continue;
+    if (meets_wall(walls, {car.wheelbase, 0.0}, {x, y}, params)) continue;
     tracer.follow(x, y, look, -1.0, params.start_behind + std::max(0.0, ahead), line.points);
     end_at_last_wall(line.points);
     std::reverse(line.points.begin(), line.points.end());

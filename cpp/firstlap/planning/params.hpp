@@ -15,6 +15,17 @@ struct CenterlineParams {
   double memory_time = 0.8;
   double trail_time = 4.0;
   double trail_spacing = 0.2;
+  double trail_against = -0.5;
+  double loop_length = 2.0;
+  double sight_length = 4.0;
+  double wall_step = 0.5;
+  double end_slack = 0.1;
+  double seed_wall = 0.6;
+  double seed_reach = 2.0;
+  double clear_score_min = 0.3;
+  double turn_back_score = 0.3;
+  double against_heading = -0.3;
+  double line_enough = 2.5;
 
   static constexpr auto fields() {
     using P = CenterlineParams;
@@ -26,6 +37,26 @@ struct CenterlineParams {
         Field{"memory_time", &P::memory_time, "s", 0.0, 3.0, "how long a wall that is out of sight is remembered"},
         Field{"trail_time", &P::trail_time, "s", 0.0, 20.0, "how long the car's own trail bars the way back"},
         Field{"trail_spacing", &P::trail_spacing, "m", 0.1, 1.0, "distance of the trail's points"},
+        Field{"trail_against", &P::trail_against, "", -1.0, 0.0,
+              "cosine of the angle to the trail below which the line runs back along it (-1: off)"},
+        Field{"loop_length", &P::loop_length, "m", 0.5, 30.0,
+              "the line ends where it meets itself, so much of it later (30: off)"},
+        Field{"sight_length", &P::sight_length, "m", 0.0, 10.0,
+              "so far the line goes on between two visible ends without a wall (0: off, the track width)"},
+        Field{"wall_step", &P::wall_step, "m", 0.0, 2.0,
+              "wall samples nearer to each other are joined by a straight (0: off)"},
+        Field{"end_slack", &P::end_slack, "", 0.0, 1.0,
+              "sine of the angle past its end from where on a wall stands for nothing (1: off)"},
+        Field{"seed_wall", &P::seed_wall, "", 0.0, 2.0,
+              "no line begins behind a wall: nearest sample to the way there, in spacings (0: off)"},
+        Field{"seed_reach", &P::seed_reach, "m", 0.0, 5.0,
+              "where there is no line beside the front axle it may begin so far ahead (0: off)"},
+        Field{"clear_score_min", &P::clear_score_min, "", 0.0, 1.0, "score of a split with no clearance (1: off)"},
+        Field{"turn_back_score", &P::turn_back_score, "", 0.0, 1.0, "score of a split whose line turns back (1: off)"},
+        Field{"against_heading", &P::against_heading, "", -1.0, 0.0,
+              "cosine below which the line passes the car backwards: the car was turned round (-1: off)"},
+        Field{"line_enough", &P::line_enough, "m", 0.0, 10.0,
+              "a longer line leaves no doubt: no other split is tried (0: none ever)"},
     };
   }
 };
@@ -34,6 +65,7 @@ struct TrajectoryParams {
   double smoothing_lambda = 0.5;
   int smoothing_iterations = 10;
   double smoothing_margin = 0.15;
+  int smoothing_block = 10;
   double opheim_min = 0.03;
   double opheim_max = 1.0;
   double sample = 0.1;
@@ -50,6 +82,8 @@ struct TrajectoryParams {
               "Laplacian smoothing: passes; more rounds corners off"},
         Field{"smoothing_margin", &P::smoothing_margin, "m", 0.0, 2.0,
               "smoothing brings the car's side no nearer than this to a wall"},
+        Field{"smoothing_block", &P::smoothing_block, "", 0.0, 200.0,
+              "smoothing passes between two looks at the walls (0: off, the walls are not looked at)"},
         Field{"opheim_min", &P::opheim_min, "m", 0.0, 0.5, "Opheim simplification: smallest tolerance (0: off)"},
         Field{"opheim_max", &P::opheim_max, "m", 0.0, 5.0, "Opheim simplification: longest step (0: off)"},
         Field{"sample", &P::sample, "m", 0.05, 0.5, "distance of trajectory points"},

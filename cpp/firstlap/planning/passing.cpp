@@ -7,7 +7,7 @@
 
 namespace firstlap {
 
-double clearance_score(const Centerline& line, const CarGeometry& car) noexcept {
+double clearance_score(const Centerline& line, const CarGeometry& car, const CenterlineParams& params) noexcept {
   constexpr double reach = 5.0;   // [m] further on there is time
   constexpr double plenty = 0.2;  // [m] beside the car
   double room = plenty;
@@ -19,12 +19,12 @@ double clearance_score(const Centerline& line, const CarGeometry& car) noexcept 
     room = std::min(room, std::min(right, left) - 0.5 * car.width);
     if (i > line.nearest) way += norm(c.x - line.points[i - 1].x, c.y - line.points[i - 1].y);
   }
-  return std::clamp(room / plenty, 0.3, 1.0);
+  return std::clamp(room / plenty, params.clear_score_min, 1.0);
 }
 
-double side_consistency(const Buffer<Section>& sections, const Buffer<SectionSample>& samples,
-                        std::size_t split) noexcept {
-  constexpr double price = 0.6;
+double side_consistency(const Buffer<Section>& sections, const Buffer<SectionSample>& samples, std::size_t split,
+                        const SegmentationParams& params) noexcept {
+  const double price = params.side_change_score;
   double worth = 1.0;
   for (std::size_t i = 0; i < samples.size();) {
     const std::size_t section = samples[i].section;

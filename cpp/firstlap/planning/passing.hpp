@@ -8,11 +8,11 @@
 namespace firstlap {
 
 // 1 where the line leaves the car room on both sides over the next meters, less where it becomes tight.
-double clearance_score(const Centerline& line, const CarGeometry& car) noexcept;
+double clearance_score(const Centerline& line, const CarGeometry& car, const CenterlineParams& params) noexcept;
 
 // 1 where every section keeps the side that it had, less for each whole section that would change it: half-way
 // past an obstacle is no place to think again.
-double side_consistency(const Buffer<Section>& sections, const Buffer<SectionSample>& samples,
-                        std::size_t split) noexcept;
+double side_consistency(const Buffer<Section>& sections, const Buffer<SectionSample>& samples, std::size_t split,
+                        const SegmentationParams& params) noexcept;
 
 }  // namespace firstlap

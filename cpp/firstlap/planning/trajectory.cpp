@@ -82,11 +82,11 @@ void smooth(double lambda, int iterations, Buffer<Point2>& points) noexcept {
 
 void smooth_between_walls(const Buffer<CenterlinePoint>& line, const CarGeometry& car, const TrajectoryParams& params,
                           Buffer<Point2>& points) noexcept {
-  constexpr int passes = 10;  // between two looks at the walls
   points.clear();
   for (const CenterlinePoint& p : line) points.push({p.x, p.y});
-  for (int left = params.smoothing_iterations; left > 0; left -= passes) {
-    smooth(params.smoothing_lambda, std::min(left, passes), points);
+  if (params.smoothing_block == 0) return smooth(params.smoothing_lambda, params.smoothing_iterations, points);
+  for (int left = params.smoothing_iterations; left > 0; left -= params.smoothing_block) {
+    smooth(params.smoothing_lambda, std::min(left, params.smoothing_block), points);
     keep_between_walls(line, 0.5 * car.width + params.smoothing_margin, points);
   }
 }

@@ -15,13 +15,13 @@ struct Sides {
     if (!table.prepare(scan.view())) return;
     scan_to_points(scan.view(), table, {}, {}, CarGeometry{}, points);
     segment(points, table.angle_step(), width, params, sections);
-    sample_sections(points, sections, CarGeometry{}, spacing, samples);
+    sample_sections(points, sections, CarGeometry{}, spacing, params, samples);
   }
   void choose() {
     candidates = rank_splits(points, sections, samples, width, CarGeometry{}, params);
     if (candidates.count > 0)
-      split_into_sides(points, sections, samples, candidates.items[0].split, CarGeometry{}, spacing,
-                       passable_gap(width, params), params.chain_gap, walls);
+      split_into_sides(points, sections, samples, {candidates.items[0].split, width, spacing}, CarGeometry{}, params,
+                       walls);
   }
   SegmentationParams params{};
   double width = 2.0;

@@ -18,13 +18,14 @@ Centerline line_with_room(double half_width, double narrow_at, double narrow_hal
 
 TEST(Passing, room_on_both_sides_costs_nothing_and_a_tight_place_does) {
   const CarGeometry car;
-  EXPECT_EQ(clearance_score(line_with_room(0.9, 100.0, 0.0), car), 1.0);
-  EXPECT_LT(clearance_score(line_with_room(0.9, 2.0, 0.25), car), 0.6);
-  EXPECT_GT(clearance_score(line_with_room(0.9, 2.0, 0.30), car), clearance_score(line_with_room(0.9, 2.0, 0.25), car));
+  EXPECT_EQ(clearance_score(line_with_room(0.9, 100.0, 0.0), car, {}), 1.0);
+  EXPECT_LT(clearance_score(line_with_room(0.9, 2.0, 0.25), car, {}), 0.6);
+  EXPECT_GT(clearance_score(line_with_room(0.9, 2.0, 0.30), car, {}),
+            clearance_score(line_with_room(0.9, 2.0, 0.25), car, {}));
 }
 
 TEST(Passing, a_tight_place_far_ahead_can_wait) {
-  EXPECT_EQ(clearance_score(line_with_room(0.9, 7.0, 0.2), CarGeometry{}), 1.0);
+  EXPECT_EQ(clearance_score(line_with_room(0.9, 7.0, 0.2), CarGeometry{}, {}), 1.0);
 }
 
 TEST(Passing, a_section_that_changes_sides_costs_and_a_small_or_unknown_one_does_not) {
@@ -34,14 +35,14 @@ TEST(Passing, a_section_that_changes_sides_costs_and_a_small_or_unknown_one_does
   const int votes[] = {-1, -1, 1};  // right wall, a box passed on its left, left wall
   for (std::size_t s = 0; s < 3; ++s)
     for (int k = 0; k < 5; ++k) samples.push({1.0, 0.0, s, votes[s]});
-  EXPECT_EQ(side_consistency(sections, samples, 2), 1.0);
-  EXPECT_LT(side_consistency(sections, samples, 1), 0.7);
-  EXPECT_LT(side_consistency(sections, samples, 0), side_consistency(sections, samples, 1));
+  EXPECT_EQ(side_consistency(sections, samples, 2, {}), 1.0);
+  EXPECT_LT(side_consistency(sections, samples, 1, {}), 0.7);
+  EXPECT_LT(side_consistency(sections, samples, 0, {}), side_consistency(sections, samples, 1, {}));
   for (SectionSample& sample : samples) sample.vote = sample.section == 1 ? 0 : sample.vote;
-  EXPECT_EQ(side_consistency(sections, samples, 1), 1.0);
+  EXPECT_EQ(side_consistency(sections, samples, 1, {}), 1.0);
   for (SectionSample& sample : samples) sample.vote = sample.section == 1 ? -1 : sample.vote;
   sections[1].status = SectionStatus::too_small;
-  EXPECT_EQ(side_consistency(sections, samples, 1), 1.0);
+  EXPECT_EQ(side_consistency(sections, samples, 1, {}), 1.0);
 }
 
 }  // namespace

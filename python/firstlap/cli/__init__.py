@@ -11,6 +11,7 @@ import sys
 import typer
 
 from firstlap.cli import (
+    ablation,
     bench,
     check,
     compare,
@@ -60,6 +61,7 @@ app.command("survey")(survey.survey)
 app.command("compare")(compare.compare)
 app.command("perception")(perception.perception)
 app.command("robustness")(robustness.robustness)
+app.command("ablation")(ablation.ablation)
 app.command("tune")(tune.tune)
 app.command("explain")(explain.explain)
 app.command("replay")(replay.replay)

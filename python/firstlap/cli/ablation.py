@@ -1,0 +1,140 @@
+"""firstlap ablation"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.markup import escape
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from firstlap.cli.common import (
+    CarOption,
+    JsonOption,
+    LidarOption,
+    chosen_car,
+    console,
+    fail,
+    note,
+    print_json,
+    progress_bar,
+)
+from firstlap.cli.survey import expand
+from firstlap.common.errors import InputError
+from firstlap.common.version import __version__
+from firstlap.config.setup_file import LOCAL, load_setup
+from firstlap.evaluation.ablation.measure import Ablation, Job, Plan
+from firstlap.evaluation.ablation.rules import chosen_rules
+from firstlap.recordings.recording import Recording
+from firstlap.tracks.library import load_track
+
+
+def ablation(
+    tracks: Annotated[list[str], typer.Argument(metavar="TRACK", help="Tracks as of `survey`, raced both ways.")],
+    rules: Annotated[
+        list[str] | None, typer.Option("--rule", metavar="NAME", help="Only this rule; repeatable.")
+    ] = None,
+    setups: Annotated[
+        list[str] | None, typer.Option("--setup", metavar="SETUP", help="Repeatable; default: sure and brisk.")
+    ] = None,
+    disturbed: Annotated[
+        int, typer.Option("--disturbed", min=0, help="So many of the tracks, the first ones, also with disturbances.")
+    ] = 2,
+    perceived: Annotated[
+        int, typer.Option("--perceived", min=0, help="On so many of the tracks perception is measured.")
+    ] = 2,
+    recordings: Annotated[
+        list[Path] | None, typer.Option("--recording", metavar="FILE", help="Replayed as of `replay`; repeatable.")
+    ] = None,
+    laps: Annotated[int, typer.Option("--laps", min=1, max=100, help="Laps of a race.")] = 1,
+    seeds: Annotated[int, typer.Option("--seeds", min=1, max=100, help="Seeds 1 to K for each race.")] = 1,
+    places: Annotated[int, typer.Option("--places", min=1, max=100, help="Places of sudden obstacles per lap.")] = 2,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="Races only: no disturbances, no perception, no recordings.")
+    ] = False,
+    state: Annotated[
+        Path | None, typer.Option("--state", metavar="FILE", help="Keep what is measured here, and go on from it.")
+    ] = None,
+    car: CarOption = "default",
+    lidar: LidarOption = None,
+    as_json: JsonOption = False,
+) -> int:
+    """Turn the method's rules off one at a time: which of them earn their place?"""
+    the_car = chosen_car(car, lidar)
+    loaded = {spec: load_track(spec) for spec in expand(tracks)}
+    specs = list(loaded)
+    chosen = [load_setup(name) for name in setups or ("sure", "brisk")]
+    for setup in chosen:
+        if setup.driver != LOCAL:
+            raise InputError(f"--setup {setup.name}: is for driver {setup.driver}; expected one for {LOCAL}")
+    plan = Plan(
+        setups=chosen,
+        tracks=loaded,
+        disturbed=[] if quick else specs[:disturbed],
+        perceived=[] if quick else specs[:perceived],
+        recordings=[] if quick else _read(recordings or []),
+        laps=laps,
+        seeds=seeds,
+        places=places,
+    )
+    study = Ablation(plan, the_car, chosen_rules(rules), state)
+    interrupted = False
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with progress_bar(*columns) as bar:
+        task = bar.add_task("measuring", total=sum(1 for _ in study.jobs()))
+
+        def done(job: Job) -> None:
+            bar.update(task, advance=1, description=f"without: {job.rule}")
+
+        try:
+            study.run(done)
+        except KeyboardInterrupt:
+            interrupted = True
+    found = {"version": __version__, **study.to_dict(), "interrupted": interrupted}
+    if as_json:
+        print_json(found)
+    else:
+        _print(found)
+    return fail(f"interrupted after {len(study.found)} measurements", 130) if interrupted else 0
+
+
+def _read(paths: list[Path]) -> list[Recording]:
+    """Those that can be read; the others are named with the reason."""
+    return [recording for path in paths if (recording := _read_or_skip(path)) is not None]
+
+
+def _read_or_skip(path: Path) -> Recording | None:
+    from firstlap.recordings import load_recording
+
+    try:
+        return load_recording(path)
+    except InputError as error:
+        note(f"skipped: {error}")
+        return None
+
+
+def _print(found: dict[str, Any]) -> None:
+    table = Table(title=escape(f"one rule off at a time, setups {', '.join(found['setups'])}"))
+    table.add_column("off", overflow="fold", min_width=14)
+    for heading in ("races", "lap", "turned", "joints", "boxes", "error 2 m", "failures", "jump", "lines"):
+        table.add_column(heading, justify="right")
+    for row in found["rules"]:
+        counts = [f"{row[kind]['passed']}/{row[kind]['cases']}" for kind in ("race", "turned", "joints", "boxes")]
+        seen = row["perception"]
+        table.add_row(
+            escape(row["rule"]),
+            counts[0],
+            _number(row["lap_ratio"], 4),
+            *counts[1:],
+            _number(seen.get("error_2m_p95"), 3),
+            _number(seen.get("failures"), 4),
+            _number(row["recordings"].get("jump_p95"), 3),
+            str(row["lines"]) if row["off"] else "",
+        )
+    console().print(table)
+
+
+def _number(value: float | None, digits: int) -> str:
+    return "-" if value is None else f"{value:.{digits}f}"

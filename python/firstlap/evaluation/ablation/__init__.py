@@ -1,0 +1,1 @@
+"""The method with one rule off at a time."""
