@@ -37,7 +37,7 @@ double curvature_driven(const VehicleState& state, const Params& params) noexcep
 void build_line(std::size_t split, const RacerMemory& memory, const Params& params, RacerWorkspace& work) noexcept {
   const Trace& seen = work.step;
   const double width = width_of(memory, params.track_width);
-  split_into_sides(seen.points, seen.sections, seen.samples, {split, width, params.centerline.spacing}, params.car,
+  split_into_sides(seen.sections, seen.samples, {split, width, params.centerline.spacing},
                    params.segmentation, work.walls);
   carry_over_occluded(memory.walls, work.table, work.ranges, params.car, params.centerline.memory_time, work.walls);
   trace_centerline(work.walls, memory.trail, width, params.car, params.track_width, params.centerline, work.line);

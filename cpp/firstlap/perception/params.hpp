@@ -50,14 +50,11 @@ struct SegmentationParams {
   double past_radius = 0.3;
   double path_radius = 1.6;
   double chain_gap = 5.0;
-  double far_sigma = 1.7;
   int seen_through = 10;
   int small_points = 3;
   double hole_score = 0.2;
-  double behind_score = 0.5;
   double fit_share = 0.7;
   double both_share = 0.3;
-  double end_step = 0.5;
   double sight_step = 0.5;
   int split_candidates = 3;
   double side_change_score = 0.6;
@@ -90,19 +87,15 @@ struct SegmentationParams {
         Field{"path_radius", &P::path_radius, "m", 0.0, 4.0,
               "wall points this near to the previous path keep its side"},
         Field{"chain_gap", &P::chain_gap, "m", 0.5, 20.0, "a side ends where its next section is further away"},
-        Field{"far_sigma", &P::far_sigma, "", 1.0, 5.0, "factor on range_sigma beyond 10 m (1: off)"},
         Field{"seen_through", &P::seen_through, "", 0.0, 100.0,
               "sections that may show through one gap in a wall, and then are not track (0: off)"},
         Field{"small_points", &P::small_points, "", 1.0, 2048.0,
               "an eliminated section with so many points keeps the side that it had (2048: off)"},
         Field{"hole_score", &P::hole_score, "", 0.0, 1.0, "score of a hole in one wall against a gap (1: off)"},
-        Field{"behind_score", &P::behind_score, "", 0.0, 1.0, "score of a gap behind the laser (1: off)"},
         Field{"fit_share", &P::fit_share, "", 0.0, 2.0,
               "a gap narrower than this share of the track width scores less (0: off)"},
         Field{"both_share", &P::both_share, "", 0.0, 1.0,
               "one wall around the car, this share of it on the other side before, is a dead end (1: off)"},
-        Field{"end_step", &P::end_step, "m", 0.0, 30.0,
-              "beside the car, what shows this far past a wall's end need not be that wall (30: off)"},
         Field{"sight_step", &P::sight_step, "m", 0.0, 30.0,
               "past the end of a wall, the beam that goes on this far bounds what is hidden (30: off)"},
         Field{"split_candidates", &P::split_candidates, "", 1.0, 3.0, "best splits that may be tried (1: off)"},

@@ -36,10 +36,9 @@ class BreakLimit {
   [[nodiscard]] double limit(const ScanPoint& a, const ScanPoint& b, double beams, double mean) const noexcept {
     const double range = std::min(a.range, b.range);
     const double lowest = floor(range, beams);
-    const double sigma = params_.range_sigma * (a.range > 10.0 ? params_.far_sigma : 1.0);
     const double ratio =
         beams == 1.0 ? ratio_of_neighbours_ : breakpoint_ratio(beams * angle_step_, params_.break_angle);
-    const double adaptive = range * ratio + 3.0 * sigma;
+    const double adaptive = range * ratio + 3.0 * params_.range_sigma;
     const double trend = params_.mean_factor * mean * beams;
     // In a thinned scan the missing beams count, as far as they are missing everywhere; but what may be a way
     // through is a break.

@@ -111,32 +111,6 @@ void push_bridge(const Buffer<SectionSample>& samples, const SampleRange& a, con
   }
 }
 
-// Sections before `right` and after `left` show past the end of the right and the left wall that is next to the car, as
-// after a hairpin: they may belong to the other wall.
-struct Beyond {
-  std::size_t right = 0;
-  std::size_t left = max_sections;
-};
-
-Beyond beyond_ends(const Buffer<ScanPoint>& points, const Buffer<Section>& sections, const CarGeometry& car,
-                   std::size_t split, double step) noexcept {
-  const double beside = car.laser_x + 0.3;
-  Beyond beyond;
-  std::size_t before = sections.size();
-  for (std::size_t i = 0; i < sections.size(); ++i) {
-    if (sections[i].status != SectionStatus::kept) continue;
-    if (before < i) {
-      const ScanPoint& end = points[sections[before].last];
-      const ScanPoint& start = points[sections[i].first];
-      if (i < split && end.range > start.range + step && start.x < beside) beyond.right = i;
-      if (before >= split && start.range > end.range + step && end.x < beside)
-        beyond.left = std::min(beyond.left, before);
-    }
-    before = i;
-  }
-  return beyond;
-}
-
 // How the ranges of one side hang together.
 struct Chain {
   double spacing;  // [m] of the samples that bridge a gap
@@ -228,10 +202,9 @@ Candidates rank_splits(const Buffer<ScanPoint>& points, const Buffer<Section>& s
       const ScanPoint& b = points[sections[i].first];
       const double gap = norm(b.x - a.x, b.y - a.y);
       const bool passable = gap >= gap_needed;
-      const bool behind = 0.5 * (a.x + b.x) < car.laser_x;
       // The way on is about as wide as the track has been.
       const double fit = std::min(1.0, gap / (params.fit_share * width));
-      const double depth = std::max(a.range, b.range) * fit * (behind ? params.behind_score : 1.0);
+      const double depth = std::max(a.range, b.range) * fit;
       if (passable) consider(i, is_hole(points, *before, sections[i]) ? params.hole_score * depth : depth);
     }
     for (; sample < samples.size() && samples[sample].section <= i; ++sample) wrong += samples[sample].vote;
@@ -251,12 +224,10 @@ Candidates rank_splits(const Buffer<ScanPoint>& points, const Buffer<Section>& s
   return best;
 }
 
-void split_into_sides(const Buffer<ScanPoint>& points, const Buffer<Section>& sections,
-                      const Buffer<SectionSample>& samples, const Split& split, const CarGeometry& car,
+void split_into_sides(const Buffer<Section>& sections, const Buffer<SectionSample>& samples, const Split& split,
                       const SegmentationParams& params, LocalWalls& walls) noexcept {
   SideRanges right;
   SideRanges left;
-  const Beyond beyond = beyond_ends(points, sections, car, split.at, params.end_step);
   const Chain chain{split.spacing, passable_gap(split.width, params), params.chain_gap};
   for (std::size_t i = 0; i < samples.size();) {
     const std::size_t index = samples[i].section;
@@ -266,12 +237,9 @@ void split_into_sides(const Buffer<ScanPoint>& points, const Buffer<Section>& se
       votes += samples[++range.last].vote;
     const Section& section = sections[index];
     const bool small = section.status != SectionStatus::kept;
-    // A small section decides nothing, but it keeps the side that it had. What shows past a wall's end keeps it too, or
-    // has none.
+    // A small section decides nothing, but it keeps the side that it had.
     i = range.last + 1;
-    const bool shows_past = index < beyond.right || index > beyond.left;
-    if (shows_past && votes == 0) continue;
-    const bool is_right = (small && votes != 0) || shows_past ? votes < 0 : index < split.at;
+    const bool is_right = small && votes != 0 ? votes < 0 : index < split.at;
     (is_right ? right : left).push(range, small ? 0.0 : section.length / std::max(0.1, section.nearest));
   }
   build_side(samples, right.ranges(), right.weights(), chain, walls.right);

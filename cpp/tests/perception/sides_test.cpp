@@ -20,8 +20,7 @@ struct Sides {
   void choose() {
     candidates = rank_splits(points, sections, samples, width, CarGeometry{}, params);
     if (candidates.count > 0)
-      split_into_sides(points, sections, samples, {candidates.items[0].split, width, spacing}, CarGeometry{}, params,
-                       walls);
+      split_into_sides(sections, samples, {candidates.items[0].split, width, spacing}, params, walls);
   }
   SegmentationParams params{};
   double width = 2.0;
@@ -178,15 +177,6 @@ TEST(Sides, a_gap_in_line_with_the_walls_on_both_sides_of_it_is_a_hole_and_count
   EXPECT_NEAR(gaps.score(2, 2.0), TwoGaps::depth(around), 1e-9);
 }
 
-TEST(Sides, a_gap_behind_the_car_counts_half) {
-  const TwoGaps::Gap behind{{-4.0, -2.0}, {-4.0, 0.0}};
-  const TwoGaps::Gap ahead{{3.0, 0.0}, {3.0, 2.0}};
-  const TwoGaps gaps(behind, ahead);
-  EXPECT_NEAR(gaps.score(1, 2.0), 0.5 * TwoGaps::depth(behind), 1e-9);
-  EXPECT_NEAR(gaps.score(2, 2.0), TwoGaps::depth(ahead), 1e-9);
-  EXPECT_GT(gaps.score(2, 2.0), gaps.score(1, 2.0)) << "the way on, not the way back";
-}
-
 TEST(Sides, candidates_are_ranked_best_first) {
   Sides s(scene::Course{}
               .straight(6)
@@ -249,25 +239,6 @@ TEST(Sides, a_hole_in_one_wall_is_no_way_on) {
     lowest = std::min(lowest, static_cast<double>(s.walls.left.y[i]));
   EXPECT_LT(lowest, -2.0);
   for (std::size_t i = 0; i < s.walls.right.size(); ++i) EXPECT_LT(s.walls.right.x[i], 2.5F);
-}
-
-TEST(Sides, what_shows_past_the_end_of_a_wall_behind_the_car_keeps_the_side_that_it_had) {
-  scene::Scene hairpin;
-  hairpin.add(scene::right, {{4.0, -1.0}, {-1.2, -1.0}});
-  hairpin.add(scene::left, {{4.0, 1.0}, {0.0, 1.0}, {0.0, 1.2}, {4.0, 1.2}});
-  hairpin.add(scene::right, {{-1.2, 2.0}, {-1.2, 3.2}});
-  for (const bool known : {true, false}) {
-    Sides s(hairpin.scan({0.0, 0.0, 0.0}));
-    LocalWalls before;
-    for (double y = 1.5; y < 3.6; y += 0.1)
-      if (known) before.right.push(-1.2, y, {}, 0.0F);
-    label_from_history(before, Buffer<TrajectoryPoint>(8), Buffer<TrailPoint>(8), s.params, s.samples);
-    s.choose();
-    for (std::size_t i = 0; i < s.walls.left.size(); ++i) EXPECT_LT(s.walls.left.y[i], 1.3F);
-    bool is_right = false;
-    for (std::size_t i = 0; i < s.walls.right.size(); ++i) is_right = is_right || s.walls.right.y[i] > 1.9F;
-    EXPECT_EQ(is_right, known);
-  }
 }
 
 }  // namespace

@@ -26,7 +26,7 @@ from firstlap.common.errors import InputError
 from firstlap.common.version import __version__
 from firstlap.config.setup_file import LOCAL, load_setup
 from firstlap.evaluation.ablation.measure import Ablation, Job, Plan
-from firstlap.evaluation.ablation.rules import chosen_rules
+from firstlap.evaluation.ablation.rules import chosen_rules, together
 from firstlap.recordings.recording import Recording
 from firstlap.tracks.library import load_track
 
@@ -36,6 +36,7 @@ def ablation(
     rules: Annotated[
         list[str] | None, typer.Option("--rule", metavar="NAME", help="Only this rule; repeatable.")
     ] = None,
+    at_once: Annotated[bool, typer.Option("--together", help="The rules of --rule off together, as one row.")] = False,
     setups: Annotated[
         list[str] | None, typer.Option("--setup", metavar="SETUP", help="Repeatable; default: sure and brisk.")
     ] = None,
@@ -79,7 +80,10 @@ def ablation(
         seeds=seeds,
         places=places,
     )
-    study = Ablation(plan, the_car, chosen_rules(rules), state)
+    if at_once and not rules:
+        raise InputError("--together: which rules? Expected two or more of --rule")
+    off = chosen_rules(rules)
+    study = Ablation(plan, the_car, [together(off)] if at_once else off, state)
     interrupted = False
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with progress_bar(*columns) as bar:

@@ -10,7 +10,7 @@ from firstlap.common.errors import InputError
 from firstlap.config.car_file import load_car
 from firstlap.config.setup_file import load_setup
 from firstlap.evaluation.ablation.measure import REFERENCE, Ablation, Plan
-from firstlap.evaluation.ablation.rules import RULES, chosen_rules
+from firstlap.evaluation.ablation.rules import RULES, chosen_rules, together
 from firstlap.tracks.library import load_track
 
 
@@ -69,9 +69,9 @@ def test_a_damaged_state_file_is_said(plan, tmp_path):
 
 
 def test_the_command_prints_json_and_skips_a_recording_that_is_not_there(cli, tmp_path):
-    ran = cli("ablation", "oval", "--rule", "gap behind", "--setup", "sure", "--quick", "--json")
+    ran = cli("ablation", "oval", "--rule", "dead end", "--setup", "sure", "--quick", "--json")
     found = json.loads(ran.out)
-    assert [row["rule"] for row in found["rules"]] == [REFERENCE, "gap behind"]
+    assert [row["rule"] for row in found["rules"]] == [REFERENCE, "dead end"]
     missing = tmp_path / "none.npz"
     skipped = cli(
         "ablation",
@@ -89,3 +89,10 @@ def test_the_command_prints_json_and_skips_a_recording_that_is_not_there(cli, tm
     )
     assert f"skipped: {missing}" in skipped.err
     assert cli("ablation", "oval", "--rule", "luck").code == 2
+    assert "--together: which rules?" in cli("ablation", "oval", "--together").err
+
+
+def test_rules_off_together_are_one_row():
+    both = together(chosen_rules(["join", "Opheim"]))
+    assert both.assignments == ["join_distance=0", "opheim_min=0"]
+    assert both.lines == sum(rule.lines for rule in chosen_rules(["join", "Opheim"]))

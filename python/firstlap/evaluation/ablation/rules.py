@@ -26,7 +26,6 @@ RULES = (
     Rule("deskew", "deskew=0", 14),
     Rule("body mask", "mask_range=0", 3),
     Rule("weighted mean of distances", "mean_factor=0", 4),
-    Rule("noise grows with range", "far_sigma=1", 1),
     Rule("merging", "merge_distance=0", 10),
     Rule("elimination: small", "min_chord=0 min_points=1", 4),
     Rule("elimination: far", "max_nearest=30", 2),
@@ -37,9 +36,7 @@ RULES = (
     Rule("one-sided splits score less", "one_sided_score=1", 3),
     Rule("gap's fit to the track width", "fit_share=0", 2),
     Rule("hole in one wall", "hole_score=1", 32),
-    Rule("gap behind", "behind_score=1", 2),
     Rule("dead end", "both_share=1", 6),
-    Rule("past a wall's end", "end_step=30", 28),
     Rule("chain gap", "chain_gap=20", 12),
     Rule("third split candidate", "split_candidates=2", 0),
     Rule("second and third split candidate", "split_candidates=1", 30),
@@ -74,6 +71,12 @@ RULES = (
     Rule("holding the last path", "hold_time=0", 8),
     Rule("speed scale", "scale_limit=0", 150),
 )
+
+
+def together(rules: Sequence[Rule]) -> Rule:
+    """All of these off at once, as one row."""
+    names = ", ".join(rule.name for rule in rules)
+    return Rule(names, " ".join(rule.off for rule in rules), sum(rule.lines for rule in rules))
 
 
 def chosen_rules(names: Sequence[str] | None) -> list[Rule]:
