@@ -179,7 +179,7 @@ void stage_trajectory(benchmark::State& state) {
   Spline spline(max_line_points);
   for (auto _ : state) {
     smooth_between_walls(s.racer.trace().line.points, s.params.car, p, smoothed);
-    join_car(1.5, smoothed);
+    join_car(1.5, 0.78, smoothed);
     simplify_opheim(smoothed, p.opheim_min, p.opheim_max, keys);
     sample_path(keys, p.sample, p.end_hold, spline, path);
     benchmark::DoNotOptimize(path.data());

@@ -144,7 +144,8 @@ bool plan_path(const VehicleState& state, const Params& params, RacerWorkspace& 
                                   params.centerline.spacing};
   const bool bent = minimum_curvature_path(step.line.points, conditions, params.minimum_curvature, work.control_points,
                                            step.smoothed);
-  if (!bent && p.join_distance > 0.0) join_car(std::max(p.join_distance, p.join_time * state.speed), step.smoothed);
+  if (!bent && p.join_distance > 0.0)
+    join_car(std::max(p.join_distance, p.join_time * state.speed), p.join_angle, step.smoothed);
   simplify_opheim(step.smoothed, p.opheim_min, p.opheim_max, step.simplified);
   sample_path(step.simplified, p.sample, p.end_hold, work.spline, step.path);
   if (!find_nearest(params, step)) return false;

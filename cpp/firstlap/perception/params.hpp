@@ -50,12 +50,20 @@ struct SegmentationParams {
   double past_radius = 0.3;
   double path_radius = 1.6;
   double chain_gap = 5.0;
+  double past_samples = 20.0;
+  double past_gain = 3.0;
+  double past_same = 0.1;
   int seen_through = 10;
   int small_points = 3;
   double hole_score = 0.2;
+  double hole_stretch = 0.5;
+  double hole_cos = 0.8;
+  double hole_beyond = 0.5;
   double fit_share = 0.7;
   double both_share = 0.3;
   double sight_step = 0.5;
+  double sight_cos = 0.988;
+  int end_samples = 3;
   int split_candidates = 3;
   double side_change_score = 0.6;
 
@@ -87,17 +95,27 @@ struct SegmentationParams {
         Field{"path_radius", &P::path_radius, "m", 0.0, 4.0,
               "wall points this near to the previous path keep its side"},
         Field{"chain_gap", &P::chain_gap, "m", 0.5, 20.0, "a side ends where its next section is further away"},
+        Field{"past_samples", &P::past_samples, "", 1.0, 1000.0, "labels of so many samples count fully"},
+        Field{"past_gain", &P::past_gain, "", 0.0, 10.0, "times the share of labels against a split is what it costs"},
+        Field{"past_same", &P::past_same, "m", 0.0, 1.0, "a wall sample nearer than this settles a label at once"},
         Field{"seen_through", &P::seen_through, "", 0.0, 100.0,
               "sections that may show through one gap in a wall, and then are not track (0: off)"},
         Field{"small_points", &P::small_points, "", 1.0, 2048.0,
               "an eliminated section with so many points keeps the side that it had (2048: off)"},
         Field{"hole_score", &P::hole_score, "", 0.0, 1.0, "score of a hole in one wall against a gap (1: off)"},
+        Field{"hole_stretch", &P::hole_stretch, "m", 0.05, 5.0, "the edges of a hole are directed as over this"},
+        Field{"hole_cos", &P::hole_cos, "", 0.0, 1.0, "cosine within which they point at each other"},
+        Field{"hole_beyond", &P::hole_beyond, "m", 0.0, 30.0, "what shows this far past the edges makes it a gap"},
         Field{"fit_share", &P::fit_share, "", 0.0, 2.0,
               "a gap narrower than this share of the track width scores less (0: off)"},
         Field{"both_share", &P::both_share, "", 0.0, 1.0,
               "one wall around the car, this share of it on the other side before, is a dead end (1: off)"},
         Field{"sight_step", &P::sight_step, "m", 0.0, 30.0,
               "past the end of a wall, the beam that goes on this far bounds what is hidden (30: off)"},
+        Field{"sight_cos", &P::sight_cos, "", 0.0, 1.0,
+              "cosine to the next beam below which it tells nothing of the wall's end"},
+        Field{"end_samples", &P::end_samples, "", 1.0, 20.0,
+              "wall samples over which the direction at an end is taken"},
         Field{"split_candidates", &P::split_candidates, "", 1.0, 3.0, "best splits that may be tried (1: off)"},
         Field{"side_change_score", &P::side_change_score, "", 0.0, 1.0,
               "score of a split for each section that changes its side (1: off)"},
@@ -111,6 +129,7 @@ struct TrackWidthParams {
   double width_min = 0.7;
   double width_max = 4.0;
   int width_window = 5;
+  int width_pairs = 3;
   double width_blend = 4.0;
   double apex_width = 0.25;
   double bend_gain = 2.0;
@@ -125,6 +144,7 @@ struct TrackWidthParams {
         Field{"width_max", &P::width_max, "m", 1.0, 10.0,
               "wider pairs are not the track: the nearer side counts, and where most are, this width"},
         Field{"width_window", &P::width_window, "", 1.0, 25.0, "points in the moving average"},
+        Field{"width_pairs", &P::width_pairs, "", 1.0, 100.0, "a scan with fewer pairs of walls teaches no width"},
         Field{"apex_width", &P::apex_width, "", 0.0, 1.0,
               "share by which the track is taken to be wider just past an apex that hides its wall"},
         Field{"bend_gain", &P::bend_gain, "", 0.0, 10.0,

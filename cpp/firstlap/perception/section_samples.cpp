@@ -8,6 +8,10 @@
 namespace firstlap {
 namespace {
 
+constexpr int most_pieces = 40;           // between two means: a bound on the work
+constexpr std::size_t around_middle = 3;  // points to either side of the nearest one that make up its sample
+constexpr std::size_t path_stride = 2;    // of the previous path every other point is near enough
+
 // Mean of the points of one spacing; the bins of a section are what its wall looks like.
 class Bin {
  public:
@@ -26,7 +30,7 @@ class Bin {
 
 void push_between(Point2 a, Point2 b, double spacing, std::size_t section, Buffer<SectionSample>& samples) noexcept {
   const double d = norm(b.x - a.x, b.y - a.y);
-  const int pieces = std::clamp(static_cast<int>(d / spacing), 1, 40);
+  const int pieces = std::clamp(static_cast<int>(d / spacing), 1, most_pieces);
   for (int k = 1; k <= pieces; ++k) {
     const double t = static_cast<double>(k) / static_cast<double>(pieces);
     samples.push({.x = a.x + t * (b.x - a.x), .y = a.y + t * (b.y - a.y), .section = section});
@@ -62,7 +66,7 @@ void sample_section(const Buffer<ScanPoint>& points, const Section& section, std
                     Buffer<SectionSample>& samples) noexcept {
   const std::size_t middle = section.middle;
   Bin around;
-  const std::size_t reach = std::min({std::size_t{3}, middle - section.first, section.last - middle});
+  const std::size_t reach = std::min({around_middle, middle - section.first, section.last - middle});
   for (std::size_t i = middle - reach; i <= middle + reach; ++i) around.add(points[i]);
   const Point2 start = around.mean();
   const std::size_t before = samples.size();
@@ -94,16 +98,15 @@ int side_of_way(const Points& path, std::size_t stride, double x, double y, doub
 
 // The line of sight past an end of a section, where the next beam beyond it went on for long. It runs along that beam:
 // beams may be missing in between.
-Sight sight_past(const ScanPoint& end, const ScanPoint& beyond, const CarGeometry& car, double step,
-                 double shadow) noexcept {
-  constexpr double apart = 0.988;  // cosine of the angle beyond which the next beam tells nothing of this end
-  if (beyond.range < end.range + step) return {};
+Sight sight_past(const ScanPoint& end, const ScanPoint& beyond, const CarGeometry& car,
+                 const SegmentationParams& params, double shadow) noexcept {
+  if (beyond.range < end.range + params.sight_step) return {};
   const double ex = end.x - car.laser_x;
   const double ey = end.y - car.laser_y;
   const double bx = beyond.x - car.laser_x;
   const double by = beyond.y - car.laser_y;
   const double length = norm(bx, by);
-  if (ex * bx + ey * by < apart * length * norm(ex, ey)) return {};
+  if (ex * bx + ey * by < params.sight_cos * length * norm(ex, ey)) return {};
   return {static_cast<float>(bx / length), static_cast<float>(by / length), static_cast<float>(shadow), false};
 }
 
@@ -122,15 +125,15 @@ void sample_sections(const Buffer<ScanPoint>& points, const Buffer<Section>& sec
     sample_section(points, section, i, spacing, samples);
     if (samples.size() == before) return;
     if (section.first > 0)
-      samples[before].sight = sight_past(points[section.first], points[section.first - 1], car, params.sight_step, 1.0);
+      samples[before].sight = sight_past(points[section.first], points[section.first - 1], car, params, 1.0);
     if (section.last + 1 < points.size())
-      samples.back().sight = sight_past(points[section.last], points[section.last + 1], car, params.sight_step, -1.0);
+      samples.back().sight = sight_past(points[section.last], points[section.last + 1], car, params, -1.0);
   }
 }
 
 void label_from_history(const LocalWalls& before, const Buffer<TrajectoryPoint>& path, const Buffer<TrailPoint>& trail,
                         const SegmentationParams& params, Buffer<SectionSample>& samples) noexcept {
-  constexpr double same_wall = 0.1;  // [m]
+  const double same_wall = params.past_same;
   WallSearch left(before.left, before.left.size());
   WallSearch right(before.right, before.right.size());
   for (SectionSample& sample : samples) {
@@ -143,7 +146,7 @@ void label_from_history(const LocalWalls& before, const Buffer<TrajectoryPoint>&
     if (std::min(first, second) < params.past_radius)
       sample.vote = (first < second) == ask_left_first ? 1 : -1;
     else
-      sample.vote = side_of_way(path, 2, sample.x, sample.y, params.path_radius);
+      sample.vote = side_of_way(path, path_stride, sample.x, sample.y, params.path_radius);
     if (sample.vote == 0) sample.vote = side_of_way(trail, 1, sample.x, sample.y, params.path_radius);
   }
 }

@@ -15,8 +15,7 @@ std::size_t first_kept(const Buffer<Section>& sections) noexcept {
 }
 
 // Unit vector along the last stretch of a section, toward its point `end`.
-Point2 direction_at(const ScanPoint* end, const ScanPoint* stop, std::ptrdiff_t inwards) noexcept {
-  constexpr double stretch = 0.5;  // [m]
+Point2 direction_at(const ScanPoint* end, const ScanPoint* stop, std::ptrdiff_t inwards, double stretch) noexcept {
   const ScanPoint* inner = end;
   double d = 0.0;
   while (inner != stop && d < stretch) {
@@ -28,21 +27,22 @@ Point2 direction_at(const ScanPoint* end, const ScanPoint* stop, std::ptrdiff_t 
 
 // Whether the gap between two sections is a hole in one wall: its edges point at each other and nothing is seen beyond.
 // The way on leads between two walls, never through one.
-bool is_hole(const ScanPoint& from, const ScanPoint& to, Point2 out_of_from, Point2 out_of_to) noexcept {
-  constexpr double in_line = 0.8;  // cosine of the angle
+bool is_hole(const ScanPoint& from, const ScanPoint& to, Point2 out_of_from, Point2 out_of_to,
+             double in_line) noexcept {
   const double d = norm(to.x - from.x, to.y - from.y);
   const double cx = (to.x - from.x) / d;
   const double cy = (to.y - from.y) / d;
   return out_of_from.x * cx + out_of_from.y * cy > in_line && -out_of_to.x * cx - out_of_to.y * cy > in_line;
 }
 
-bool is_hole(const Buffer<ScanPoint>& points, const Section& a, const Section& b) noexcept {
-  constexpr double beyond = 0.5;  // [m]
+bool is_hole(const Buffer<ScanPoint>& points, const Section& a, const Section& b,
+             const SegmentationParams& params) noexcept {
   const double edge = std::max(points[a.last].range, points[b.first].range);
   for (std::size_t i = a.last + 1; i < b.first; ++i)
-    if (points[i].range > edge + beyond) return false;
-  return is_hole(points[a.last], points[b.first], direction_at(&points[a.last], &points[a.first], -1),
-                 direction_at(&points[b.first], &points[b.last], 1));
+    if (points[i].range > edge + params.hole_beyond) return false;
+  return is_hole(points[a.last], points[b.first],
+                 direction_at(&points[a.last], &points[a.first], -1, params.hole_stretch),
+                 direction_at(&points[b.first], &points[b.last], 1, params.hole_stretch), params.hole_cos);
 }
 
 void insert_candidate(SplitCandidate candidate, std::size_t most, Candidates& best) noexcept {
@@ -90,8 +90,7 @@ double gap_between(const Buffer<SectionSample>& samples, const SampleRange& a, c
 }
 
 void push_range(const Buffer<SectionSample>& samples, const SampleRange& range, bool open_before, bool open_after,
-                WallSide& side) noexcept {
-  constexpr std::size_t reach = 3;  // samples over which the direction at an end is taken
+                std::size_t reach, WallSide& side) noexcept {
   for (std::size_t i = range.first; i <= range.last; ++i) {
     Point2 out{};
     if (i == range.first && open_before) out = outward_at(samples, i, std::min(range.last, i + reach));
@@ -113,9 +112,10 @@ void push_bridge(const Buffer<SectionSample>& samples, const SampleRange& a, con
 
 // How the ranges of one side hang together.
 struct Chain {
-  double spacing;  // [m] of the samples that bridge a gap
-  double bridge;   // [m] narrower gaps are bridged
-  double gap;      // [m] wider ones end the side
+  double spacing;           // [m] of the samples that bridge a gap
+  double bridge;            // [m] narrower gaps are bridged
+  double gap;               // [m] wider ones end the side
+  std::size_t end_samples;  // over which the direction at a visible end is taken
 };
 
 // The ranges of one side, in scan order, as far as they hang together with its best anchor. What is near
@@ -138,7 +138,7 @@ void build_side(const Buffer<SectionSample>& samples, std::span<const SampleRang
   bool open_before = true;
   for (std::size_t i = first; i <= last; ++i) {
     const bool bridged = i < last && gap_between(samples, ranges[i], ranges[i + 1]) < chain.bridge;
-    push_range(samples, ranges[i], open_before, !bridged, side);
+    push_range(samples, ranges[i], open_before, !bridged, chain.end_samples, side);
     if (bridged) push_bridge(samples, ranges[i], ranges[i + 1], chain.spacing, side);
     open_before = !bridged;
   }
@@ -187,8 +187,8 @@ Candidates rank_splits(const Buffer<ScanPoint>& points, const Buffer<Section>& s
   const double gap_needed = passable_gap(width, params);
   const auto consider = [&](std::size_t split, double depth) {
     const double share = votes > 0.0 ? wrong / votes : 0.0;
-    const double trust = std::min(1.0, votes / 20.0);
-    const double factor = 1.0 - params.past_weight * trust * std::min(1.0, 3.0 * share);
+    const double trust = std::min(1.0, votes / params.past_samples);
+    const double factor = 1.0 - params.past_weight * trust * std::min(1.0, params.past_gain * share);
     insert_candidate({split, depth * factor}, static_cast<std::size_t>(params.split_candidates), best);
   };
 
@@ -205,7 +205,7 @@ Candidates rank_splits(const Buffer<ScanPoint>& points, const Buffer<Section>& s
       // The way on is about as wide as the track has been.
       const double fit = std::min(1.0, gap / (params.fit_share * width));
       const double depth = std::max(a.range, b.range) * fit;
-      if (passable) consider(i, is_hole(points, *before, sections[i]) ? params.hole_score * depth : depth);
+      if (passable) consider(i, is_hole(points, *before, sections[i], params) ? params.hole_score * depth : depth);
     }
     for (; sample < samples.size() && samples[sample].section <= i; ++sample) wrong += samples[sample].vote;
     if (sections[i].status == SectionStatus::kept) before = &sections[i];
@@ -228,7 +228,8 @@ void split_into_sides(const Buffer<Section>& sections, const Buffer<SectionSampl
                       const SegmentationParams& params, LocalWalls& walls) noexcept {
   SideRanges right;
   SideRanges left;
-  const Chain chain{split.spacing, passable_gap(split.width, params), params.chain_gap};
+  const Chain chain{split.spacing, passable_gap(split.width, params), params.chain_gap,
+                    static_cast<std::size_t>(params.end_samples)};
   for (std::size_t i = 0; i < samples.size();) {
     const std::size_t index = samples[i].section;
     SampleRange range{i, i, sections[index].nearest};

@@ -22,8 +22,7 @@ double LocalWidth::value() const noexcept {
 
 double remember_width(double remembered, std::span<double> widths, double gain,
                       const TrackWidthParams& params) noexcept {
-  constexpr std::size_t trusted = 3;
-  if (widths.size() < trusted) return remembered;
+  if (widths.size() < static_cast<std::size_t>(params.width_pairs)) return remembered;
   const auto middle = widths.begin() + static_cast<std::ptrdiff_t>(widths.size() / 2);
   std::nth_element(widths.begin(), middle, widths.end());
   const double median = std::clamp(*middle, params.width_min, params.width_max);

@@ -36,7 +36,7 @@ class LocalWidth {
 };
 
 // The remembered width after a scan whose pairs were `widths` [m] (reordered): `gain` of their median goes
-// in. Fewer than three pairs are not trusted.
+// in. Fewer pairs than `width_pairs` are not trusted.
 double remember_width(double remembered, std::span<double> widths, double gain,
                       const TrackWidthParams& params) noexcept;
 

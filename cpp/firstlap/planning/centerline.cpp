@@ -10,6 +10,15 @@
 namespace firstlap {
 namespace {
 
+// The numerics of following a zero set, in which both distances are equal.
+constexpr int newton_steps = 8;
+constexpr double newton_reach = 0.5;   // [m] of one of them
+constexpr double found = 0.2;          // [m] difference of the distances with which a line begins
+constexpr double on_line = 0.01;       // [m] difference that needs no correction
+constexpr double share_of_step = 0.7;  // of the spacing, one correction at most
+constexpr double flat = 0.2;           // slope of the difference, 2 between two walls, below which no step is taken
+constexpr double pocket = 0.3;         // slope below which the heading stays: both walls pull the same way
+
 // One look at the walls from a point.
 struct Look {
   double right = 0.0;  // [m] distance that counts, seen or estimated
@@ -180,8 +189,6 @@ class Box {
 };
 
 class Tracer {
-  static constexpr double on_line = 0.01;  // [m] difference of the distances that needs no correction
-
  public:
   Tracer(const LocalWalls& walls, const Buffer<TrailPoint>& trail, double width, const CarGeometry& car,
          const TrackWidthParams& width_params, const CenterlineParams& params) noexcept
@@ -192,19 +199,19 @@ class Tracer {
         width_(width),
         half_car_(0.5 * car.width),
         latest_(static_cast<std::size_t>(params.loop_length / params.spacing)),
-        near_(0.3 * width) {
+        near_(params.same_way * width) {
     for (const TrailPoint& p : trail) trail_box_.add(p.x, p.y);
   }
 
   // The point of the line nearest to (x, y); false where there is none within reach.
   bool project(double& x, double& y, Look& look) const noexcept {
-    for (int i = 0; i < 8; ++i) {
+    for (int i = 0; i < newton_steps; ++i) {
       look = look_around(walls_, x, y, width_, width_params_, params_);
       if (look.support == Support::none) return false;
-      if (!correct(look, x, y, 0.5)) return false;
+      if (!correct(look, x, y, newton_reach)) return false;
     }
     look = look_around(walls_, x, y, width_, width_params_, params_);
-    return look.support != Support::none && std::abs(look.imbalance()) < 0.2;
+    return look.support != Support::none && std::abs(look.imbalance()) < found;
   }
 
   // Follows the line from (x, y) for `length` meters, forwards (+1) or backwards (-1).
@@ -223,7 +230,7 @@ class Tracer {
         // Between two visible ends, as where the track widens on both sides, it goes straight on.
         if (look.support != Support::none) {
           if (std::abs(look.imbalance()) > on_line) {
-            correct(look, x, y, 0.7 * params_.spacing);
+            correct(look, x, y, share_of_step * params_.spacing);
             look = look_around(walls_, x, y, width.value(), width_params_, params_);
           }
           turn(look, direction, hx, hy);
@@ -250,21 +257,21 @@ class Tracer {
   // One Newton step toward equal distances, at most `reach` [m].
   static bool correct(const Look& look, double& x, double& y, double reach) noexcept {
     const double slope = look.slope();
-    if (slope < 0.2) return false;
+    if (slope < flat) return false;
     const double step = std::clamp(-look.imbalance() / slope, -reach, reach);
     x += step * look.gx / slope;
     y += step * look.gy / slope;
     return true;
   }
 
-  // Turns the heading along the line, at most 0.6 rad a step; where both walls pull the same way (a
+  // Turns the heading along the line, at most `turn_step` a point; where both walls pull the same way (a
   // dead end, a pocket) it stays.
-  static void turn(const Look& look, double direction, double& hx, double& hy) noexcept {
+  void turn(const Look& look, double direction, double& hx, double& hy) const noexcept {
     const double slope = look.slope();
-    if (slope < 0.3) return;
+    if (slope < pocket) return;
     const double tx = direction * look.gy / slope;
     const double ty = -direction * look.gx / slope;
-    const double limit = 0.6;
+    const double limit = params_.turn_step;
     const double angle = std::clamp(std::atan2(hx * ty - hy * tx, hx * tx + hy * ty), -limit, limit);
     const double c = std::cos(angle);
     const double s = std::sin(angle);
@@ -283,7 +290,7 @@ class Tracer {
   }
 
   [[nodiscard]] bool runs_against_trail(double x, double y, double hx, double hy, double s) const noexcept {
-    if (s < 1.0 || !trail_box_.holds(x, y, near_)) return false;
+    if (s < params_.trail_free || !trail_box_.holds(x, y, near_)) return false;
     for (const TrailPoint& p : trail_)
       if (is_near(x - p.x, y - p.y) && hx * std::cos(p.yaw) + hy * std::sin(p.yaw) < params_.trail_against) return true;
     return false;
@@ -338,14 +345,14 @@ void trace_centerline(const LocalWalls& walls, const Buffer<TrailPoint>& trail, 
   const Tracer tracer(walls, trail, width, car, width_params, params);
 
   // The walls beside the car may be out of sight: begin as near to the front axle as the line is known.
-  constexpr double step = 0.5;  // [m] between tries; the last one is as far behind
+  const double step = params.seed_step;
   const int tries = static_cast<int>(params.seed_reach / step) + 2;
   for (int i = 0; i < tries; ++i) {
     const double ahead = i + 1 < tries ? step * i : -step;
     double x = car.wheelbase + ahead;
     double y = 0.0;
     Look look;
-    if (!tracer.project(x, y, look) || look.slope() < 0.2) continue;
+    if (!tracer.project(x, y, look) || look.slope() < flat) continue;
     if (meets_wall(walls, {car.wheelbase, 0.0}, {x, y}, params)) continue;
     tracer.follow(x, y, look, -1.0, params.start_behind + std::max(0.0, ahead), line.points);
     end_at_last_wall(line.points);

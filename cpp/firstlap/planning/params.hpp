@@ -16,12 +16,18 @@ struct CenterlineParams {
   double trail_time = 4.0;
   double trail_spacing = 0.2;
   double trail_against = -0.5;
+  double trail_free = 1.0;
+  double same_way = 0.3;
+  double turn_step = 0.6;
   double loop_length = 2.0;
   double sight_length = 4.0;
   double wall_step = 0.5;
   double end_slack = 0.1;
   double seed_wall = 0.6;
   double seed_reach = 2.0;
+  double seed_step = 0.5;
+  double clear_reach = 5.0;
+  double clear_enough = 0.2;
   double clear_score_min = 0.3;
   double turn_back_score = 0.3;
   double against_heading = -0.3;
@@ -39,6 +45,11 @@ struct CenterlineParams {
         Field{"trail_spacing", &P::trail_spacing, "m", 0.1, 1.0, "distance of the trail's points"},
         Field{"trail_against", &P::trail_against, "", -1.0, 0.0,
               "cosine of the angle to the trail below which the line runs back along it (-1: off)"},
+        Field{"trail_free", &P::trail_free, "m", 0.0, 10.0,
+              "so far from its beginning the line may run along the trail"},
+        Field{"same_way", &P::same_way, "", 0.0, 1.0,
+              "share of the track width within which the line is where the trail, or itself, has been"},
+        Field{"turn_step", &P::turn_step, "rad", 0.05, 1.57, "the line turns by this at most from point to point"},
         Field{"loop_length", &P::loop_length, "m", 0.5, 30.0,
               "the line ends where it meets itself, so much of it later (30: off)"},
         Field{"sight_length", &P::sight_length, "m", 0.0, 10.0,
@@ -51,6 +62,9 @@ struct CenterlineParams {
               "no line begins behind a wall: nearest sample to the way there, in spacings (0: off)"},
         Field{"seed_reach", &P::seed_reach, "m", 0.0, 5.0,
               "where there is no line beside the front axle it may begin so far ahead (0: off)"},
+        Field{"seed_step", &P::seed_step, "m", 0.1, 5.0, "between two tries to begin it; the last is so far behind"},
+        Field{"clear_reach", &P::clear_reach, "m", 0.0, 20.0, "clearance counts so far ahead"},
+        Field{"clear_enough", &P::clear_enough, "m", 0.01, 2.0, "beside the car, more clearance does not count"},
         Field{"clear_score_min", &P::clear_score_min, "", 0.0, 1.0, "score of a split with no clearance (1: off)"},
         Field{"turn_back_score", &P::turn_back_score, "", 0.0, 1.0, "score of a split whose line turns back (1: off)"},
         Field{"against_heading", &P::against_heading, "", -1.0, 0.0,
@@ -72,6 +86,7 @@ struct TrajectoryParams {
   double end_hold = 0.5;
   double join_distance = 1.0;
   double join_time = 0.5;
+  double join_angle = 0.78;
 
   static constexpr auto fields() {
     using P = TrajectoryParams;
@@ -92,6 +107,7 @@ struct TrajectoryParams {
         Field{"join_distance", &P::join_distance, "m", 0.0, 10.0,
               "the trajectory leaves the car and joins the centerline over at least this (0: it is the centerline)"},
         Field{"join_time", &P::join_time, "s", 0.0, 3.0, "and at least over the way driven in this time"},
+        Field{"join_angle", &P::join_angle, "rad", 0.0, 0.78, "a car further off the line's heading joins as at this"},
     };
   }
 };
@@ -129,6 +145,7 @@ struct VelocityProfileParams {
   double delta_v_max = 0.5;
   double delta_v_min = -0.5;
   double v_horizon = 1.0;
+  double v_standing = 0.3;
   double block_clearance = 0.05;
   double block_distance = 0.2;
   double a_brake = 5.0;
@@ -150,6 +167,7 @@ struct VelocityProfileParams {
         Field{"delta_v_min", &P::delta_v_min, "m/s", -10.0, 0.0,
               "commanded speed below the measured one at most (the paper's delta a_min)"},
         Field{"v_horizon", &P::v_horizon, "m/s", 0.0, 10.0, "speed at the end of what is seen"},
+        Field{"v_standing", &P::v_standing, "m/s", 0.01, 2.0, "a slower car is planned for as if it drove this fast"},
         Field{"block_clearance", &P::block_clearance, "m", -0.5, 0.5,
               "the path is blocked where the car's side would come nearer than this to something"},
         Field{"block_distance", &P::block_distance, "m", 0.0, 2.0, "and the car stops this far before it"},

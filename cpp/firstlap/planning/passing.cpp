@@ -8,8 +8,8 @@
 namespace firstlap {
 
 double clearance_score(const Centerline& line, const CarGeometry& car, const CenterlineParams& params) noexcept {
-  constexpr double reach = 5.0;   // [m] further on there is time
-  constexpr double plenty = 0.2;  // [m] beside the car
+  const double reach = params.clear_reach;
+  const double plenty = params.clear_enough;
   double room = plenty;
   double way = 0.0;
   for (std::size_t i = line.nearest; i < line.points.size() && way < reach; ++i) {

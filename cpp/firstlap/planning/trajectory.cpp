@@ -91,10 +91,10 @@ void smooth_between_walls(const Buffer<CenterlinePoint>& line, const CarGeometry
   }
 }
 
-void join_car(double join_distance, Buffer<Point2>& points) noexcept {
+void join_car(double join_distance, double join_angle, Buffer<Point2>& points) noexcept {
   if (points.size() < 3 || join_distance <= 0.0) return;
   const Foot foot = foot_of_car(points);
-  const double slope = std::clamp(std::tan(std::clamp(-std::atan2(foot.dy, foot.dx), -0.78, 0.78)), -1.0, 1.0);
+  const double slope = std::tan(std::clamp(-std::atan2(foot.dy, foot.dx), -join_angle, join_angle));
   double along = 0.0;
   Point2 before = points[0];
   for (std::size_t i = 0; i + 1 < points.size(); ++i) {

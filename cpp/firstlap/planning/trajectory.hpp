@@ -30,7 +30,7 @@ double clearance_at(const CenterlinePoint& point) noexcept;
 
 // Bends the line's beginning so that it leaves base_link along the car's heading and is back on the line
 // `distance` [m] later, by a quintic in the lateral offset.
-void join_car(double distance, Buffer<Point2>& points) noexcept;
+void join_car(double distance, double angle, Buffer<Point2>& points) noexcept;
 
 // Opheim (1982) with psimpl's semantics: from each key, points within `tol_max` of it and within
 // `tol_min` of the ray that leaves it are dropped. A zero tolerance or fewer than 3 points: a copy.

@@ -29,7 +29,7 @@ void plan_velocity(double speed, std::size_t from, const VelocityProfileParams& 
                    Buffer<TrajectoryPoint>& path) noexcept {
   const std::size_t n = path.size();
   if (n == 0) return;
-  for (std::size_t i = 0; i <= from && i < n; ++i) path[i].velocity = std::max(speed, 0.3);
+  for (std::size_t i = 0; i <= from && i < n; ++i) path[i].velocity = std::max(speed, params.v_standing);
   for (std::size_t i = from + 1; i < n; ++i) {
     const TrajectoryPoint& p = path[i - 1];
     const double a = params.a_x_max * grip_left(p.velocity, p.curvature, params);
@@ -59,7 +59,7 @@ void stop_before(double s, const VelocityProfileParams& params, Buffer<Trajector
 
 double command_speed(const Buffer<TrajectoryPoint>& path, std::size_t from, double speed,
                      const VelocityProfileParams& params) noexcept {
-  const double s = path[from].s + std::max(speed, 0.3) * params.preview_time;
+  const double s = path[from].s + std::max(speed, params.v_standing) * params.preview_time;
   std::size_t i = from + 1;
   while (i + 1 < path.size() && path[i].s < s) ++i;
   i = std::min(i, path.size() - 1);

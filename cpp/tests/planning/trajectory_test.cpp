@@ -253,7 +253,7 @@ Buffer<Point2> straight_line(double y, double yaw) {
 
 TEST(Join, a_line_that_the_car_is_on_stays_as_it_is) {
   Buffer<Point2> points = straight_line(0.0, 0.0);
-  join_car(1.5, points);
+  join_car(1.5, 0.78, points);
   for (const Point2& p : points) EXPECT_NEAR(p.y, 0.0, 1e-12);
 }
 
@@ -261,7 +261,7 @@ TEST(Join, the_path_leaves_base_link_along_the_cars_heading) {
   for (const double y : {-0.5, 0.3}) {
     for (const double yaw : {-0.4, 0.0, 0.4}) {
       Buffer<Point2> points = straight_line(y, yaw);
-      join_car(1.5, points);
+      join_car(1.5, 0.78, points);
       double nearest = 1e9;
       double slope = 1e9;
       for (std::size_t i = 1; i < points.size(); ++i) {
@@ -280,7 +280,7 @@ TEST(Join, the_path_leaves_base_link_along_the_cars_heading) {
 TEST(Join, after_the_distance_it_is_the_line_again) {
   for (const double distance : {1.0, 1.5, 4.0}) {
     Buffer<Point2> points = straight_line(0.4, 0.0);
-    join_car(distance, points);
+    join_car(distance, 0.78, points);
     for (const Point2& p : points) {
       if (p.x > 0.33 + distance) {
         EXPECT_NEAR(p.y, 0.4, 1e-12);
@@ -292,7 +292,7 @@ TEST(Join, after_the_distance_it_is_the_line_again) {
 TEST(Join, no_distance_changes_nothing) {
   Buffer<Point2> points = straight_line(0.4, 0.2);
   const std::vector<Point2> before(points.begin(), points.end());
-  join_car(0.0, points);
+  join_car(0.0, 0.78, points);
   for (std::size_t i = 0; i < points.size(); ++i) EXPECT_EQ(points[i].y, before[i].y);
 }
 
@@ -304,7 +304,7 @@ TEST(Join, it_comes_to_the_line_without_a_jump) {
 
 TEST(Join, it_never_overshoots_the_line_from_a_parallel_start) {
   Buffer<Point2> points = straight_line(0.4, 0.0);
-  join_car(2.0, points);
+  join_car(2.0, 0.78, points);
   for (std::size_t i = 0; i < points.size(); ++i) {
     EXPECT_GE(points[i].y, -1e-9);
     EXPECT_LE(points[i].y, 0.4 + 1e-9);
