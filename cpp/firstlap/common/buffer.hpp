@@ -1,5 +1,5 @@
-// A vector whose capacity is fixed when it is made, so that nothing allocates while driving. What does
-// not fit is dropped: work stays bounded for any input.
+// A vector of fixed capacity: nothing is allocated while driving. Items that do not fit are dropped, which bounds the
+// work for any input.
 #pragma once
 
 #include <algorithm>
@@ -21,7 +21,7 @@ class Buffer {
   Buffer(const Buffer&) = default;
   Buffer(Buffer&&) noexcept = default;
   Buffer& operator=(Buffer&&) noexcept = default;
-  // Copies the items alone; the other buffer's capacity must not be larger.
+  // Copies the items only. The other buffer's capacity must not be larger.
   Buffer& operator=(const Buffer& other) noexcept {
     assign(other.span());
     return *this;

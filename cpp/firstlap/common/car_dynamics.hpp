@@ -1,4 +1,4 @@
-// How the car follows its commands, as planner and simulator both know it.
+// The car's response to commands, shared by planner and simulator.
 #pragma once
 
 #include <tuple>
@@ -27,7 +27,7 @@ struct CarDynamics {
   }
 };
 
-// The car as a planner knows it.
+// The planner's model of the car.
 struct CarModel : CarGeometry, CarDynamics {
   static constexpr auto fields() { return std::tuple_cat(CarGeometry::fields(), CarDynamics::fields()); }
 };

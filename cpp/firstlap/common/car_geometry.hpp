@@ -1,4 +1,4 @@
-// The car's body as planner and simulator both know it. base_link is the middle of the rear axle.
+// The car's body, shared by planner and simulator. base_link is the center of the rear axle.
 #pragma once
 
 #include <cmath>
@@ -34,10 +34,10 @@ struct CarGeometry {
   }
 };
 
-// [m] from the front axle to the front bumper.
+// [m] Distance from the front axle to the front bumper.
 inline double nose(const CarGeometry& car) noexcept { return car.length - car.rear_overhang - car.wheelbase; }
 
-// The rectangle that the body covers, in base_link, or one that is `margin` [m] larger on every side.
+// The car's rectangle in base_link, enlarged by `margin` [m] on every side.
 struct Footprint {
   explicit Footprint(const CarGeometry& car, double margin = 0.0) noexcept
       : front(car.length - car.rear_overhang + margin),
@@ -48,7 +48,7 @@ struct Footprint {
 
   double front;  // [m] x of the front edge
   double rear;   // [m] x of the rear edge
-  double side;   // [m] y of the left edge; the right one is -side
+  double side;   // [m] y of the left edge; the right edge is at -side
 };
 
 }  // namespace firstlap

@@ -1,4 +1,4 @@
-// What the simulator, the replay of a recording and the car call: scan and state in, command out.
+// The interface of all drivers, called by the simulator, by replays and on the car: scan and state in, command out.
 #pragma once
 
 #include "firstlap/common/types.hpp"
@@ -9,11 +9,11 @@ class Driver {
  public:
   virtual ~Driver() = default;
 
-  // One scan, the state measured at its end, and the time since the previous scan [s]. Never throws,
-  // prints, locks, waits or allocates; any input whatever gives a finite command within limits.
+  // `state` is measured at the end of the scan; `dt` [s] is the time since the previous scan. Never throws, prints,
+  // locks, waits or allocates. Any input gives a finite command within the car's limits.
   virtual StepResult step(const LaserScan& scan, const VehicleState& state, double dt) noexcept = 0;
 
-  // Forgets everything that was seen.
+  // Clears the memory of all earlier scans.
   virtual void reset() noexcept = 0;
 };
 

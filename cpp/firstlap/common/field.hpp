@@ -1,7 +1,7 @@
-// One table per parameter struct. A `Field` names a member, its unit, its range and its meaning; loops
-// over the tables give validation, Python bindings, YAML reading, sliders, tuner bounds and the
-// generated docs. A default stands in the struct and nowhere else. A `Column` is the same for what the core gives out:
-// bindings, JSON, logs and docs loop over the tables of scans, states, results and traces.
+// Each parameter struct has a table of fields: name, member, unit, range and meaning. Validation, Python bindings,
+// YAML, sliders, tuner bounds and the generated docs loop over the tables. A default is written only in the struct. A
+// `Column` is the same for output data: bindings, JSON, logs and docs loop over the columns of scans, states, results
+// and traces.
 #pragma once
 
 #include <array>
@@ -17,7 +17,7 @@
 
 namespace firstlap {
 
-// `T` is double, int or bool. For bool min and max are 0 and 1.
+// `T` is double, int or bool. For bool, min and max are 0 and 1.
 template <class Struct, class T>
 struct Field {
   std::string_view name;
@@ -31,13 +31,13 @@ struct Field {
 template <class Struct, class T>
 Field(const char*, T Struct::*, const char*, double, double, const char*) -> Field<Struct, T>;
 
-// Calls `visit(field)` for every field of the table of `Struct`.
+// Calls `visit(field)` for every field in the table of `Struct`.
 template <class Struct, class Visitor>
 constexpr void for_each_field(Visitor&& visit) {
   std::apply([&](const auto&... field) { (visit(field), ...); }, Struct::fields());
 }
 
-// Of a struct that is data, not parameters. `get` is a member, or a function of the struct.
+// One entry of an output struct's table. `get` is a member pointer or a function of the struct.
 template <class Get>
 struct Column {
   std::string_view name;
@@ -49,7 +49,7 @@ struct Column {
 template <class Get>
 Column(std::string_view, Get, std::string_view, std::string_view) -> Column<Get>;
 
-// In a table of columns: those of the struct that `get` gives, or of the items of the sequence, stand here themselves.
+// A nested struct, or a sequence of structs, whose columns become columns of the outer table.
 template <class Get>
 struct Part {
   Get get;
@@ -58,7 +58,7 @@ struct Part {
 template <class Get>
 Part(Get) -> Part<Get>;
 
-// `inner` of the part that `outer` gives.
+// Getter of a nested struct's column: applies `inner` to the result of `outer`.
 template <class Outer, class Inner>
 struct Through {
   Outer outer;
@@ -70,7 +70,7 @@ struct Through {
 template <class Outer, class Inner>
 Through(Outer, Inner) -> Through<Outer, Inner>;
 
-// `get` of every item of a sequence, not yet gotten.
+// `get` of every item of a sequence, evaluated lazily.
 template <class Sequence, class Get>
 struct OfEach {
   const Sequence& items;
@@ -121,13 +121,13 @@ constexpr auto flatten(const Part<Get>& part) {
   }
 }
 
-// The table of `Struct` with its parts in place.
+// The columns of `Struct`, with the columns of its parts in their place.
 template <HasColumns Struct>
 constexpr auto flat_columns() {
   return std::apply([](const auto&... entry) { return std::tuple_cat(flatten<Struct>(entry)...); }, Struct::columns());
 }
 
-// Calls `visit(column)` for every column of the table of `Struct`.
+// Calls `visit(column)` for every column in the table of `Struct`.
 template <HasColumns Struct, class Visitor>
 constexpr void for_each_column(Visitor&& visit) {
   std::apply([&](const auto&... column) { (visit(column), ...); }, flat_columns<Struct>());
@@ -136,7 +136,7 @@ constexpr void for_each_column(Visitor&& visit) {
 template <HasColumns Struct>
 inline constexpr std::size_t column_count = std::tuple_size_v<decltype(flat_columns<Struct>())>;
 
-// A number as people write it: without zeros that say nothing.
+// A number without trailing zeros, for error messages.
 inline std::string plain(double value) {
   std::string text = std::to_string(value);
   text.erase(text.find_last_not_of('0') + 1);
@@ -144,14 +144,14 @@ inline std::string plain(double value) {
   return text;
 }
 
-// Throws std::invalid_argument where `low` is above `high`; both names are of the table, section.name.
+// Throws std::invalid_argument if `low` is above `high`. The names are section.name, for the message.
 inline void require_order(double low, double high, const char* low_name, const char* high_name) {
   if (low > high)
     throw std::invalid_argument(std::string(low_name) + " is " + plain(low) + ", allowed at most " + high_name +
                                 ", which is " + plain(high));
 }
 
-// Throws std::invalid_argument naming the field, the value and the allowed range.
+// Throws std::invalid_argument with field, value and allowed range.
 template <class Struct>
 void validate(const Struct& params, std::string_view section) {
   for_each_field<Struct>([&](const auto& field) {

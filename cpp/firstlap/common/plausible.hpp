@@ -1,4 +1,4 @@
-// What a driver may take for a measured state.
+// Plausibility of a measured state.
 #pragma once
 
 #include <cmath>
@@ -7,9 +7,9 @@
 
 namespace firstlap {
 
-inline constexpr double longest_pause = 0.5;  // [s] between scans; after more, what was seen means nothing
+inline constexpr double longest_pause = 0.5;  // [s] between scans; after a longer pause, earlier scans are discarded
 
-// Finite, and of a car of this size; dt [s] since the scan before.
+// Whether the state is finite and possible for a car of this size. `dt` [s] is the time since the previous scan.
 inline bool plausible(const VehicleState& state, double dt) noexcept {
   return std::isfinite(state.speed) && std::abs(state.speed) < 50.0 && std::isfinite(state.yaw_rate) &&
          std::abs(state.yaw_rate) < 50.0 && std::isfinite(state.steering_angle) &&

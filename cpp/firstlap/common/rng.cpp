@@ -12,7 +12,7 @@ constexpr double layer_area = 9.91256303526217e-3;
 
 double density(double x) { return std::exp(-0.5 * x * x); }
 
-// Right edges of the layers, and the share of each layer that lies wholly under the curve.
+// Right edges of the layers, and the share of each layer that lies entirely under the density.
 struct Ziggurat {
   std::array<double, layers + 1> edge{};
   std::array<double, layers> sure{};

@@ -1,6 +1,5 @@
-// A small seeded generator whose numbers are the same with every standard library: xoshiro256++ (Blackman
-// and Vigna, 2019), seeded by splitmix64; normal deviates by the ziggurat of Marsaglia and Tsang (2000) in
-// Doornik's form (128 layers).
+// A seeded generator that gives the same numbers with every standard library: xoshiro256++ (Blackman and Vigna, 2019),
+// seeded by splitmix64; normal deviates by the ziggurat of Marsaglia and Tsang (2000) in Doornik's form (128 layers).
 #pragma once
 
 #include <array>
@@ -11,7 +10,7 @@ namespace firstlap {
 
 class Rng {
  public:
-  // `stream` gives independent sequences for one seed (one for each sensor).
+  // `stream` selects one of several independent sequences per seed, for example one per sensor.
   explicit Rng(std::uint64_t seed, std::uint64_t stream = 0) noexcept;
 
   std::uint64_t next() noexcept {
@@ -26,10 +25,10 @@ class Rng {
     return result;
   }
 
-  // In [0, 1), 53 bits.
+  // Uniform in [0, 1), 53 bits.
   double uniform() noexcept { return static_cast<double>(next() >> 11) * 0x1p-53; }
 
-  // Mean 0, standard deviation 1.
+  // Normal with mean 0 and standard deviation 1.
   double gaussian() noexcept;
 
  private:

@@ -1,5 +1,5 @@
-// The words that every room shares. SI units; frames after REP 103/105: x forward, y left, angles
-// counter-clockwise positive, steering left positive.
+// Types shared by all layers. SI units; frames follow REP 103 and REP 105: x forward, y left, angles counterclockwise
+// positive, steering left positive.
 #pragma once
 
 #include <array>
@@ -17,7 +17,7 @@ struct Point2 {
 
   static constexpr auto columns() {
     using C = Point2;
-    return std::tuple{Column{"x", &C::x, "m", "forward"}, Column{"y", &C::y, "m", "to the left"}};
+    return std::tuple{Column{"x", &C::x, "m", "forward"}, Column{"y", &C::y, "m", "left"}};
   }
 };
 
@@ -29,38 +29,39 @@ struct Pose2 {
   static constexpr auto columns() {
     using C = Pose2;
     return std::tuple{
-        Column{"x", &C::x, "m", "to the front, or east in a map"},
-        Column{"y", &C::y, "m", "to the left, or north in a map"},
-        Column{"yaw", &C::yaw, "rad", "turned left"},
+        Column{"x", &C::x, "m", "forward, or east in a map"},
+        Column{"y", &C::y, "m", "left, or north in a map"},
+        Column{"yaw", &C::yaw, "rad", "counterclockwise"},
     };
   }
 };
 
-// One sweep of a planar LiDAR, as sensor_msgs/LaserScan. A view: the ranges belong to the caller.
-// Beams run counter-clockwise when angle_increment > 0. A range that is not finite, or outside
-// (range_min, range_max), is "no return" (REP 117), never a point at that range.
+// One sweep of a planar LiDAR, as sensor_msgs/LaserScan. A view: the caller owns the ranges. Beams run counterclockwise
+// if angle_increment > 0. A range that is not finite, or outside (range_min, range_max), is "no return" (REP 117),
+// never a point at that range.
 struct LaserScan {
   double angle_min = 0.0;
   double angle_increment = 0.0;
   double time_increment = 0.0;
   double range_min = 0.0;
   double range_max = 0.0;
-  std::span<const float> ranges{};  // [m] of each beam
+  std::span<const float> ranges{};  // [m] range of each beam
 
-  // The header: everything but the ranges.
+  // The header: all but the ranges.
   static constexpr auto columns() {
     using C = LaserScan;
     return std::tuple{
-        Column{"angle_min", &C::angle_min, "rad", "of the first beam, in the frame of a laser that looks ahead"},
-        Column{"angle_increment", &C::angle_increment, "rad", "between beams, > 0 counter-clockwise"},
-        Column{"time_increment", &C::time_increment, "s", "between beams; 0 when all beams belong to one moment"},
-        Column{"range_min", &C::range_min, "m", "nearer is no return"},
-        Column{"range_max", &C::range_max, "m", "farther is no return"},
+        Column{"angle_min", &C::angle_min, "rad",
+               "direction of the first beam, in the frame of a LiDAR that faces forward"},
+        Column{"angle_increment", &C::angle_increment, "rad", "between beams, > 0 counterclockwise"},
+        Column{"time_increment", &C::time_increment, "s", "between beams; 0: all beams are measured at the same time"},
+        Column{"range_min", &C::range_min, "m", "shorter ranges are no return"},
+        Column{"range_max", &C::range_max, "m", "longer ranges are no return"},
     };
   }
 };
 
-// What the car measures about itself at the end of the sweep.
+// State measured by the car at the end of the sweep.
 struct VehicleState {
   double speed = 0.0;
   double yaw_rate = 0.0;
@@ -76,7 +77,7 @@ struct VehicleState {
   }
 };
 
-// Field names of ackermann_msgs/AckermannDrive.
+// Field names as in ackermann_msgs/AckermannDrive.
 struct DriveCommand {
   double speed = 0.0;
   double steering_angle = 0.0;
@@ -102,7 +103,7 @@ struct TrajectoryPoint {
   static constexpr auto columns() {
     using C = TrajectoryPoint;
     return std::tuple{
-        Column{"s", &C::s, "m", "arc length from the path's start"},
+        Column{"s", &C::s, "m", "arc length from the start of the path"},
         Column{"x", &C::x, "m", "base_link"},
         Column{"y", &C::y, "m", "base_link"},
         Column{"yaw", &C::yaw, "rad", "heading of the path"},
@@ -112,14 +113,14 @@ struct TrajectoryPoint {
   }
 };
 
-// Why the command is what it is.
+// Reason for a command.
 enum class Status : std::uint8_t {
   ok,         // planned from this scan
-  holding,    // no path from this scan: the previous one, moved by odometry, for a short while
-  no_path,    // nothing to follow: braking to a stop
-  blocked,    // something stands on the path: braking to a stop before it
-  bad_scan,   // the scan is empty or its header makes no sense: braking to a stop
-  bad_state,  // the measured state is not finite or absurd: braking to a stop
+  holding,    // no path from this scan: the previous one, moved by odometry, for up to hold_time
+  no_path,    // no path: braking to a stop
+  blocked,    // an obstacle is on the path: braking to a stop before it
+  bad_scan,   // the scan is empty or its header is invalid: braking to a stop
+  bad_state,  // the measured state is not finite or implausible: braking to a stop
 };
 
 inline constexpr std::array statuses{Status::ok,      Status::holding,  Status::no_path,
@@ -145,7 +146,7 @@ struct StepResult {
     using C = StepResult;
     return std::tuple{
         Part{&C::command},
-        Column{"status", &C::status, "", "why the command is what it is"},
+        Column{"status", &C::status, "", "reason for the command"},
     };
   }
 };

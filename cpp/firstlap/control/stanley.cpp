@@ -8,12 +8,12 @@
 namespace firstlap {
 namespace {
 
-// What something is divided by at least.
+// Lower bounds of divisors.
 constexpr double least_speed = 0.1;  // [m/s]
 constexpr double least_gain = 0.05;
 constexpr double least_step = 1e-9;  // [m]
 
-// Mean |curvature| over the next `length` meters.
+// Mean |curvature| [1/m] over the next `length` [m].
 double mean_curvature(const Buffer<TrajectoryPoint>& path, std::size_t from, double length) noexcept {
   double sum = 0.0;
   double count = 0.0;
@@ -49,7 +49,7 @@ SteeringTerms track_path(const Buffer<TrajectoryPoint>& path, std::size_t from, 
   terms.k_ang = params.k_ang;
   terms.lookahead = params.l_max / (1.0 + mean_curvature(path, from, params.l_max) / params.kappa_n);
   if (params.schedule_omega > 0.0) {
-    // Crossover of the heading loop kept at schedule_omega; lookahead such that a steady curve is neutral.
+    // Keep the crossover of the heading loop at schedule_omega, with the lookahead for which a steady curve is neutral.
     terms.k_ang = std::min(params.k_ang, params.schedule_omega * car.wheelbase / std::max(v, least_speed));
     terms.lookahead = std::clamp(car.wheelbase * (1.0 / std::max(terms.k_ang, least_gain) - 1.0), 0.0, params.l_max);
   }

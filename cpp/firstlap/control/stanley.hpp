@@ -11,7 +11,7 @@
 
 namespace firstlap {
 
-// Every part of one steering command, for the picture and the log.
+// Errors and terms of one steering command, for plots and logs.
 struct SteeringTerms {
   double heading_error = 0.0;
   double cross_track_error = 0.0;
@@ -28,23 +28,24 @@ struct SteeringTerms {
   static constexpr auto columns() {
     using C = SteeringTerms;
     return std::tuple{
-        Column{"heading_error", &C::heading_error, "rad", "path minus car, with the steady-state yaw"},
-        Column{"cross_track_error", &C::cross_track_error, "m", "of the path, left of the front axle positive"},
+        Column{"heading_error", &C::heading_error, "rad", "path minus car, including the steady-state yaw"},
+        Column{"cross_track_error", &C::cross_track_error, "m",
+               "of the path, positive if it lies left of the front axle"},
         Column{"yaw_rate_error", &C::yaw_rate_error, "rad/s", "car minus path"},
-        Column{"steering_change", &C::steering_change, "rad", "of the measured steering angle since the last scan"},
-        Column{"heading", &C::heading, "rad", "term of the heading error"},
-        Column{"cross_track", &C::cross_track, "rad", "term of the cross-track error"},
-        Column{"yaw_rate", &C::yaw_rate, "rad", "term of the yaw rate error"},
-        Column{"steering", &C::steering, "rad", "term of the steering change"},
+        Column{"steering_change", &C::steering_change, "rad", "of the measured steering angle since the previous scan"},
+        Column{"heading", &C::heading, "rad", "heading term"},
+        Column{"cross_track", &C::cross_track, "rad", "cross-track term"},
+        Column{"yaw_rate", &C::yaw_rate, "rad", "yaw-rate term"},
+        Column{"steering", &C::steering, "rad", "steering-change term"},
         Column{"lookahead", &C::lookahead, "m", "distance"},
-        Column{"k_ang", &C::k_ang, "", "in force, after the schedule"},
-        Column{"steering_angle", &C::steering_angle, "rad", "sum of the four terms, not yet limited"},
+        Column{"k_ang", &C::k_ang, "", "in effect, after scheduling with speed"},
+        Column{"steering_angle", &C::steering_angle, "rad", "sum of the four terms, before limits"},
     };
   }
 };
 
-// Steering for the path, whose point `from` is nearest to the front axle. `point` receives the
-// lookahead point.
+// Steering terms for `path` (base_link). `from` is the index of the path point nearest to the front axle;
+// `previous_steering` [rad] is the steering angle measured at the previous scan. Writes the lookahead point to `point`.
 SteeringTerms track_path(const Buffer<TrajectoryPoint>& path, std::size_t from, const VehicleState& state,
                          double previous_steering, const StanleyParams& params, const CarGeometry& car,
                          TrajectoryPoint& point) noexcept;

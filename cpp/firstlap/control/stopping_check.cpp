@@ -8,14 +8,14 @@
 namespace firstlap {
 namespace {
 
-// Numerics of the rollout.
+// Numerics of the simulated stop.
 constexpr double step = 0.025;          // [s]
-constexpr std::size_t most_steps = 80;  // 2 s: with less braking than that the horizon is too near anyway
-constexpr double standing = 0.05;       // [m/s]
-constexpr double touching = 0.002;      // [m] as near as something may be that is near already
-constexpr double tiny = 1e-3;           // [m^2], [m^2/s^2] that something is divided by at least
+constexpr std::size_t most_steps = 80;  // 2 s: if braking takes longer, the horizon is too close anyway
+constexpr double standing = 0.05;       // [m/s] below this the car has stopped
+constexpr double touching = 0.002;      // [m] by which a clearance below stop_clearance may still shrink
+constexpr double tiny = 1e-3;           // [m^2], [m^2/s^2] lower bound of divisors
 
-// The body as discs on its long axis, which cover the rectangle.
+// The body as discs on its longitudinal axis that cover the rectangle.
 class Body {
  public:
   explicit Body(const CarGeometry& car) noexcept
@@ -45,22 +45,22 @@ class Body {
   double radius_;
 };
 
-// The car on its way to the stop, from base_link at the scan.
+// State of the car during the stop, in base_link at the scan.
 struct Rollout {
   Pose2 pose{};
   double speed = 0.0;     // [m/s]
   double steering = 0.0;  // [rad]
-  double bend = 0.0;      // [1/m]
+  double bend = 0.0;      // [1/m] curvature
   double driven = 0.0;    // [m]
 
   void advance(double wanted, bool brakes, const StopLimits& limits) noexcept;
 
-  // How far any point of the body moves per meter driven, at most.
+  // Maximum displacement of any point of the body per meter driven.
   [[nodiscard]] double swing(const CarGeometry& car) const noexcept { return 1.0 + std::abs(bend) * car.length; }
 };
 
-// [m/s^2] What full braking comes to: a bend takes its share of the grip, and the speed loop lets go before the car
-// stands.
+// [m/s^2] Deceleration of full braking. Cornering takes part of the grip, and the speed loop releases the brake before
+// standstill.
 double braking(double speed, double bend, const StopLimits& limits) noexcept {
   const double used = speed * speed * bend / (limits.check.grip_share * limits.profile.a_y_max);
   const double grip = std::sqrt(std::max(limits.check.grip_left, 1.0 - used * used));
@@ -82,7 +82,7 @@ void Rollout::advance(double wanted, bool brakes, const StopLimits& limits) noex
   if (brakes) speed -= braking(speed, bend, limits) * step;
 }
 
-// The way to the stop: what the wheels are told at any time.
+// Steering during the stop.
 class Guide {
  public:
   Guide(const StopScene& scene, const Stop& stop, const StopLimits& limits) noexcept
@@ -90,8 +90,8 @@ class Guide {
 
   [[nodiscard]] bool brakes(double time) const noexcept { return time >= stop_.delay; }
 
-  // [rad] Before the brakes bite the command, once it has reached the wheels; then as the stop wants them. Beyond the
-  // end of the path nobody knows better than to hold them.
+  // [rad] The wanted steering angle. Before braking starts, it is the command, once that has passed the steering delay;
+  // then it follows the strategy of the stop. Beyond the end of the path the angle is held.
   double wanted(double time, const Rollout& car) noexcept {
     if (!brakes(time)) return time < limits_.car.steering_delay ? car.steering : stop_.command;
     if (stop_.how == StopSteering::straight) return 0.0;
@@ -100,7 +100,7 @@ class Guide {
   }
 
  private:
-  // The angle that brings the rear axle onto the path ahead of it (pure pursuit), no sharper than the grip allows.
+  // Steering angle [rad] of pure pursuit of the path ahead, limited by the grip.
   double to_path(const Rollout& car) noexcept {
     const Buffer<TrajectoryPoint>& path = scene_.path;
     const Pose2& pose = car.pose;
@@ -116,7 +116,7 @@ class Guide {
   const StopScene& scene_;
   const Stop& stop_;
   const StopLimits& limits_;
-  std::size_t at_;  // the point of the path that the car steers to
+  std::size_t at_;  // index of the pursued path point
 };
 
 }  // namespace
@@ -134,7 +134,7 @@ StoppingCheck check_stopping(const StopScene& scene, const Stop& stop, const Sto
   Rollout car{.speed = std::max(limits.check.start_speed, scene.state.speed), .steering = scene.state.steering_angle};
   double clearance = body.clearance(car.pose, scene.walls);
   const double needed = std::min(limits.profile.stop_clearance, clearance - touching);
-  double checked = 0.0;  // [m] driven to where the clearance was looked at last
+  double checked = 0.0;  // [m] driven up to the last clearance test
   bool braked = false;
   for (std::size_t k = 0; k < most_steps && car.speed > standing; ++k) {
     const double time = static_cast<double>(k) * step;
@@ -143,7 +143,7 @@ StoppingCheck check_stopping(const StopScene& scene, const Stop& stop, const Sto
     if (brakes && !braked) found.steering_angle = wanted;
     braked = brakes;
     car.advance(wanted, brakes, limits);
-    // Until it has come as far as was clear, nothing can be touched.
+    // No contact is possible before the car has moved as far as its clearance.
     if ((car.driven - checked) * car.swing(limits.car) < clearance - needed) continue;
     clearance = body.clearance(car.pose, scene.walls);
     checked = car.driven;

@@ -1,6 +1,6 @@
-// Before a command goes out: could the car still stop without touching anything if it did what the command says
-// until the next scan, and braked fully from then on? What was seen decides, wall or not, and so does how the car
-// really moves: its body, the servo's lag, the lock and the grip, not the path alone.
+// The stopping check, made before each command: could the car still stop without contact if it executed the command
+// until the next scan and then braked fully? The check considers all visible and remembered wall samples and the car's
+// real motion: body, servo lag, steering limit and grip.
 #pragma once
 
 #include <cstddef>
@@ -18,32 +18,32 @@ namespace firstlap {
 struct StoppingCheck {
   static constexpr double never = std::numeric_limits<double>::infinity();
 
-  bool clear = true;            // nothing is touched on the way to the stop
-  double distance = never;      // [m] driven until something would be touched
-  double clearance = never;     // [m] smallest, body to what was seen, until then
-  double steering_angle = 0.0;  // [rad] to command when the braking begins
+  bool clear = true;            // no contact during the stop
+  double distance = never;      // [m] driven until contact
+  double clearance = never;     // [m] smallest distance of the body to a wall sample until then
+  double steering_angle = 0.0;  // [rad] steering angle to command when braking starts
 };
 
-// Where a stop begins.
+// Situation in which a stop starts.
 struct StopScene {
   const Buffer<TrajectoryPoint>& path;  // in base_link
-  std::size_t nearest;                  // its point next to the front axle
-  const LocalWalls& walls;              // what was seen
+  std::size_t nearest;                  // index of the path point nearest to the front axle
+  const LocalWalls& walls;              // wall samples in base_link
   const VehicleState& state;            // measured
 };
 
-// What the stopping check needs to know of the car and its limits.
+// Parameters of the stopping check.
 struct StopLimits {
   const CarModel& car;
   const VelocityProfileParams& profile;
   const StoppingCheckParams& check;
-  double a_brake = profile.a_brake;  // [m/s^2] full braking
+  double a_brake = profile.a_brake;  // [m/s^2] deceleration of full braking
 };
 
-// How the wheels are held on the way to the stop.
+// Steering during a stop.
 enum class StopSteering { to_path, kept, straight };
 
-// Until `delay` [s] the wheels go where `command` [rad] tells them, then the brakes bite.
+// A stop: the steering angle follows `command` [rad] until braking starts after `delay` [s].
 struct Stop {
   double command = 0.0;
   double delay = 0.0;
@@ -53,17 +53,17 @@ struct Stop {
 StoppingCheck check_stopping(const StopScene& scene, const Stop& stop, const StopLimits& limits) noexcept;
 
 struct StopDecision {
-  bool brake = false;           // fully, now
-  double steering_angle = 0.0;  // [rad] with it, or as wanted
+  bool brake = false;           // brake fully now
+  double steering_angle = 0.0;  // [rad] steering angle for it, else the wanted one
 };
 
-// Brakes where a car that did as it is told (`wanted` [rad]) for another `dt` [s], until the next scan, could no longer
-// stop without touching anything; then with the wheels such that it gets furthest. A car that is `braking` goes on
-// until there is some room again.
+// Decides to brake if, after driving for `dt` [s] with the steering angle `wanted` [rad] until the next scan, the car
+// could no longer stop without contact. It then steers so that it gets farthest. A car that is already `braking`
+// continues until it has some reserve (release_share).
 StopDecision decide_stop(const StopScene& scene, double wanted, double dt, bool braking,
                          const StopLimits& limits) noexcept;
 
-// The steering angle nearest to `angle` [rad] that asks a braking car at `speed` [m/s] for no more grip than there is.
+// The steering angle [rad] nearest to `angle` [rad] for which a braking car at `speed` [m/s] has enough grip.
 double within_grip(double angle, double speed, const StopLimits& limits) noexcept;
 
 }  // namespace firstlap

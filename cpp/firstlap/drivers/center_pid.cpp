@@ -15,7 +15,7 @@ CenterPid::CenterPid(const CenterPidParams& params) : params_(params) { validate
 WallEstimate estimate_wall(double side, double ahead, const CenterParams& params, double preview) noexcept {
   const double between = params.side_angle - params.ahead_angle;
   WallEstimate wall{.side = side, .ahead = ahead};
-  // Direction of the wall off the car's axis, away from the car positive.
+  // Angle between the wall and the car's axis, positive away from the car.
   const double x = ahead * std::cos(params.ahead_angle) - side * std::cos(params.side_angle);
   const double y = ahead * std::sin(params.ahead_angle) - side * std::sin(params.side_angle);
   wall.angle = std::atan2(y, std::max(x, 1e-6));
@@ -65,8 +65,8 @@ void CenterPid::measure(double speed) noexcept {
 }
 
 double CenterPid::control(double dt) noexcept {
-  constexpr double most = 0.2;       // [rad] of the integral, so that it cannot wind up
-  constexpr double shortest = 1e-3;  // [s] between scans that a change can be told from
+  constexpr double most = 0.2;       // [rad] limit of the integral term (anti-windup)
+  constexpr double shortest = 1e-3;  // [s] minimum interval for a derivative
   const CenterParams& p = params_.center;
   const double change = memory_.awake && dt > shortest ? (trace_.error - memory_.error) / dt : 0.0;
   memory_.derivative += dt / (p.derivative_time + std::max(dt, shortest)) * (change - memory_.derivative);

@@ -1,5 +1,5 @@
 // Center following: two beams on each side give the distance and direction of the walls, projected ahead; a PID
-// controller steers the car to the middle between them.
+// controller steers the car to the center between them.
 #pragma once
 
 #include <tuple>
@@ -29,18 +29,20 @@ struct CenterParams {
   static constexpr auto fields() {
     using P = CenterParams;
     return std::tuple{
-        Field{"side_angle", &P::side_angle, "rad", 0.9, 2.2, "of the beam to the wall beside the car"},
-        Field{"ahead_angle", &P::ahead_angle, "rad", 0.1, 0.85, "of the beam to the wall ahead"},
-        Field{"beam_window", &P::beam_window, "rad", 0.0, 0.2, "a beam's range is the mean over this to either side"},
-        Field{"side_range", &P::side_range, "m", 0.3, 30.0, "a wall further to the side counts as this far"},
-        Field{"preview", &P::preview, "m", 0.0, 5.0, "the middle is wanted this far ahead of the laser"},
-        Field{"preview_time", &P::preview_time, "s", 0.0, 2.0, "and further by the way driven in this time"},
-        Field{"k_p", &P::k_p, "rad/m", 0.0, 5.0, "wheel angle per meter off the middle"},
-        Field{"k_i", &P::k_i, "rad/(m s)", 0.0, 2.0, "per meter off for a second; the integral is limited to 0.2 rad"},
-        Field{"k_d", &P::k_d, "rad s/m", 0.0, 1.0, "per meter a second of change"},
-        Field{"error_limit", &P::error_limit, "m", 0.1, 10.0, "being off by more counts as this"},
-        Field{"derivative_time", &P::derivative_time, "s", 0.0, 0.5, "time constant of the derivative's low pass"},
-        Field{"arc_margin", &P::arc_margin, "m", 0.0, 0.5, "free distance: the body with this off the returns"},
+        Field{"side_angle", &P::side_angle, "rad", 0.9, 2.2, "angle of the beam to the wall beside the car"},
+        Field{"ahead_angle", &P::ahead_angle, "rad", 0.1, 0.85, "angle of the beam to the wall ahead"},
+        Field{"beam_window", &P::beam_window, "rad", 0.0, 0.2, "ranges are averaged over this angle to either side"},
+        Field{"side_range", &P::side_range, "m", 0.3, 30.0, "lateral distances of walls are limited to this"},
+        Field{"preview", &P::preview, "m", 0.0, 5.0, "preview distance ahead of the LiDAR"},
+        Field{"preview_time", &P::preview_time, "s", 0.0, 2.0, "additional preview as travel time"},
+        Field{"k_p", &P::k_p, "rad/m", 0.0, 5.0, "proportional gain, steering angle per offset from the center"},
+        Field{"k_i", &P::k_i, "rad/(m s)", 0.0, 2.0, "integral gain; the integral term is limited to 0.2 rad"},
+        Field{"k_d", &P::k_d, "rad s/m", 0.0, 1.0, "derivative gain"},
+        Field{"error_limit", &P::error_limit, "m", 0.1, 10.0, "limit of the offset from the center"},
+        Field{"derivative_time", &P::derivative_time, "s", 0.0, 0.5,
+              "time constant of the derivative's low-pass filter"},
+        Field{"arc_margin", &P::arc_margin, "m", 0.0, 0.5,
+              "clearance of the body in the computation of the free distance"},
     };
   }
 };
@@ -52,9 +54,10 @@ struct CenterSteeringParams {
   static constexpr auto fields() {
     using P = CenterSteeringParams;
     return std::tuple{
-        Field{"steering_time", &P::steering_time, "s", 0.0, 0.5, "time constant of the low pass on the wheel angle"},
+        Field{"steering_time", &P::steering_time, "s", 0.0, 0.5,
+              "time constant of the low-pass filter of the steering angle"},
         Field{"a_y_steer", &P::a_y_steer, "m/s^2", 0.5, 30.0,
-              "no wheel angle that would ask for more lateral acceleration at the measured speed"},
+              "the steering angle is limited to this lateral acceleration at the measured speed"},
     };
   }
 };
@@ -77,10 +80,10 @@ void for_each_section(AnyParams& params, Visitor&& visit) {
   visit("speed", params.speed);
 }
 
-// Throws std::invalid_argument: section, field, value, allowed range.
+// Throws std::invalid_argument with section, field, value and allowed range.
 void validate(const CenterPidParams& params);
 
-// A wall as two beams tell it.
+// A wall, from two beams.
 struct WallEstimate {
   double side = 0.0;
   double ahead = 0.0;
@@ -91,56 +94,57 @@ struct WallEstimate {
   static constexpr auto columns() {
     using C = WallEstimate;
     return std::tuple{
-        Column{"side", &C::side, "m", "range of the beam beside"},
+        Column{"side", &C::side, "m", "range of the beam beside the car"},
         Column{"ahead", &C::ahead, "m", "range of the beam ahead"},
-        Column{"angle", &C::angle, "rad", "by which the wall closes in on the car's path (negative) or leaves it"},
-        Column{"distance", &C::distance, "m", "from the laser"},
-        Column{"preview", &C::preview, "m", "distance at the preview"},
+        Column{"angle", &C::angle, "rad", "between the wall and the car's heading; negative: the wall closes in"},
+        Column{"distance", &C::distance, "m", "from the LiDAR"},
+        Column{"preview", &C::preview, "m", "distance from the wall at the preview point"},
     };
   }
 };
 
-// The wall through the ends of two beams at `side_angle` and `ahead_angle` off the car's axis, on one side.
+// The wall through the end points of two beams on one side, `side` and `ahead` [m] long, at `side_angle` and
+// `ahead_angle` from the car's axis. `preview` [m] is the distance ahead of the LiDAR.
 WallEstimate estimate_wall(double side, double ahead, const CenterParams& params, double preview) noexcept;
 
 class CenterPid final : public Driver {
  public:
-  // What the last step saw and thought.
+  // Intermediate results of the last step.
   struct Trace {
     Trace() : ranges(max_points) {}
-    Buffer<double> ranges;    // [m] by beam, right to left, repaired and clipped
-    double first_beam = 0.0;  // [rad] of the first range
+    Buffer<double> ranges;    // [m] per beam, right to left, repaired and clipped
+    double first_beam = 0.0;  // [rad] direction of the first range
     double beam_step = 0.0;   // [rad] between ranges
     WallEstimate left{}, right{};
-    double error = 0.0;                               // [m] the middle is this far to the left, at the preview
-    double integral = 0.0;                            // [rad]
-    double derivative = 0.0;                          // [m/s]
-    double preview = 0.0;                             // [m] ahead of the laser
+    double error = 0.0;       // [m] lateral position of the center at the preview point, left positive
+    double integral = 0.0;    // [rad]
+    double derivative = 0.0;  // [m/s]
+    double preview = 0.0;     // [m] ahead of the LiDAR
     double p_term = 0.0, i_term = 0.0, d_term = 0.0;  // [rad]
-    double free = 0.0;                                // [m] along the arc of the wheel angle
+    double free = 0.0;                                // [m] free distance along the arc of the steering angle
     StepResult result{};
 
     static constexpr auto columns() {
       using C = Trace;
       return std::tuple{
-          Column{"ranges", &C::ranges, "m", "by beam, right to left, repaired and clipped"},
-          Column{"first_beam", &C::first_beam, "rad", "direction of the first range, in the laser's frame"},
+          Column{"ranges", &C::ranges, "m", "per beam, right to left, repaired and clipped"},
+          Column{"first_beam", &C::first_beam, "rad", "direction of the first range, in the LiDAR's frame"},
           Column{"beam_step", &C::beam_step, "rad", "between ranges"},
-          Column{"left", &C::left, "", "the wall to the left"},
-          Column{"right", &C::right, "", "the wall to the right"},
-          Column{"error", &C::error, "m", "the middle is this far to the left, at the preview"},
-          Column{"derivative", &C::derivative, "m/s", "of the error, filtered"},
-          Column{"preview", &C::preview, "m", "ahead of the laser"},
-          Column{"p_term", &C::p_term, "rad", "of the steering angle"},
-          Column{"i_term", &C::i_term, "rad", "of the steering angle"},
-          Column{"d_term", &C::d_term, "rad", "of the steering angle"},
+          Column{"left", &C::left, "", "the wall on the left"},
+          Column{"right", &C::right, "", "the wall on the right"},
+          Column{"error", &C::error, "m", "lateral position of the center at the preview point, left positive"},
+          Column{"derivative", &C::derivative, "m/s", "derivative of the error, filtered"},
+          Column{"preview", &C::preview, "m", "distance ahead of the LiDAR"},
+          Column{"p_term", &C::p_term, "rad", "proportional term of the steering angle"},
+          Column{"i_term", &C::i_term, "rad", "integral term of the steering angle"},
+          Column{"d_term", &C::d_term, "rad", "derivative term of the steering angle"},
           Column{"free", &C::free, "m", "free distance along the arc of the steering angle"},
           Column{"result", &C::result, "", "speed, steering angle and status"},
       };
     }
   };
 
-  // Throws std::invalid_argument: section, field, value, allowed range.
+  // Throws std::invalid_argument with section, field, value and allowed range.
   explicit CenterPid(const CenterPidParams& params);
 
   StepResult step(const LaserScan& scan, const VehicleState& state, double dt) noexcept override;
@@ -151,12 +155,12 @@ class CenterPid final : public Driver {
 
  private:
   struct Memory {
-    double steering = 0.0;      // [rad] last commanded
-    double speed = no_command;  // [m/s] last commanded
+    double steering = 0.0;      // [rad] last command
+    double speed = no_command;  // [m/s] last command
     double error = 0.0;         // [m]
     double integral = 0.0;      // [rad]
     double derivative = 0.0;    // [m/s]
-    bool awake = false;         // there is an error to compare with
+    bool awake = false;         // there is a previous error
     ScanPeriod period{};
   };
 

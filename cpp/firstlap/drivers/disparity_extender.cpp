@@ -50,8 +50,8 @@ void DisparityExtender::extend_disparities() noexcept {
   }
 }
 
-// Overwrites what lies behind the nearer beam `from`, to the left (+1) or right (-1), over half the car's width
-// and the tolerance; what is nearer still stays.
+// Extends the nearer beam `from` to the left (+1) or right (-1), over half the car's width plus the tolerance. Shorter
+// ranges stay.
 void DisparityExtender::extend(std::size_t from, int direction) noexcept {
   const double width = 0.5 * params_.car.width + params_.disparity.tolerance;
   const double r = sweep_.range(from);
@@ -66,7 +66,8 @@ void DisparityExtender::extend(std::size_t from, int direction) noexcept {
   }
 }
 
-// The block of beams within a share of the farthest range; of several the widest, then the most straight one.
+// The block of beams above a share of the farthest range; among several the widest, then the one closest to straight
+// ahead.
 void DisparityExtender::choose_block() noexcept {
   const std::size_t first = sweep_.beam_at(-params_.disparity.view_angle);
   const std::size_t last = sweep_.beam_at(params_.disparity.view_angle);

@@ -1,6 +1,6 @@
-// The disparity extender (N. Otterness, F1TENTH 2019): where neighboring ranges differ by much, the nearer one
-// is extended over the farther by half the car's width; the car aims at the farthest direction that is left,
-// as fast as the free distance allows, and does not turn toward a side that is too near.
+// The disparity extender (N. Otterness, F1TENTH 2019). Where neighboring ranges differ by a disparity, the nearer one
+// is extended over the farther one by half the car's width. The car aims at the farthest remaining direction, as fast
+// as the free distance allows, and does not turn toward a side with too little clearance.
 #pragma once
 
 #include <cstddef>
@@ -27,17 +27,17 @@ struct DisparityParams {
   static constexpr auto fields() {
     using P = DisparityParams;
     return std::tuple{
-        Field{"view_angle", &P::view_angle, "rad", 0.3, 2.3, "directions further to the side are not considered"},
-        Field{"disparity", &P::disparity, "m", 0.05, 3.0, "neighboring ranges that differ by more are a disparity"},
-        Field{"tolerance", &P::tolerance, "m", 0.0, 1.0, "a disparity is extended by half the car's width and this"},
+        Field{"view_angle", &P::view_angle, "rad", 0.3, 2.3, "directions farther to the side are ignored"},
+        Field{"disparity", &P::disparity, "m", 0.05, 3.0, "neighboring ranges that differ by more form a disparity"},
+        Field{"tolerance", &P::tolerance, "m", 0.0, 1.0, "disparities are extended by half the car's width plus this"},
         Field{"block_share", &P::block_share, "", 0.5, 1.0,
-              "the aim is the middle of the block within this share of the farthest range"},
+              "the aim is the middle of the block of ranges above this share of the farthest range"},
         Field{"straight_weight", &P::straight_weight, "", 0.0, 1.0,
-              "free distance: of the aim (0) to the smaller one of aim and straight ahead (1)"},
+              "free distance: in the direction of the aim (0) or the minimum of aim and straight ahead (1)"},
         Field{"side_clearance", &P::side_clearance, "m", 0.0, 1.0,
-              "no turning toward a side with less room than this beside the car"},
+              "no turn toward a side with less clearance than this"},
         Field{"emergency_margin", &P::emergency_margin, "m", 0.0, 0.5,
-              "the body keeps this off returns ahead, or the car stops"},
+              "the car stops if its body would come closer than this to returns ahead"},
     };
   }
 };
@@ -60,49 +60,49 @@ void for_each_section(AnyParams& params, Visitor&& visit) {
   visit("speed", params.speed);
 }
 
-// Throws std::invalid_argument: section, field, value, allowed range.
+// Throws std::invalid_argument with section, field, value and allowed range.
 void validate(const DisparityExtenderParams& params);
 
 class DisparityExtender final : public Driver {
  public:
-  // What the last step saw and thought. Angles in the laser's frame, left positive.
+  // Intermediate results of the last step. Angles in the LiDAR's frame, left positive.
   struct Trace {
     Trace() : ranges(max_points), extended(max_points), disparities(max_points) {}
-    Buffer<double> ranges;                       // [m] by beam, right to left, repaired and clipped
-    Buffer<double> extended;                     // [m] after the extension
-    Buffer<int> disparities;                     // the nearer beam of each
-    double first_beam = 0.0;                     // [rad] of the first range
+    Buffer<double> ranges;                       // [m] per beam, right to left, repaired and clipped
+    Buffer<double> extended;                     // [m] per beam, after the extension
+    Buffer<int> disparities;                     // index of the nearer beam of each disparity
+    double first_beam = 0.0;                     // [rad] direction of the first range
     double beam_step = 0.0;                      // [rad] between ranges
-    int block_first = 0, block_last = 0;         // beams of the farthest block
+    int block_first = 0, block_last = 0;         // first and last beam of the farthest block
     double aim = 0.0;                            // [rad]
     double aim_free = 0.0;                       // [m]
     double straight_free = 0.0;                  // [m]
-    double wanted = 0.0;                         // [rad] wheel angle before the sides were looked at
-    bool held_left = false, held_right = false;  // no turning there: too near
+    double wanted = 0.0;                         // [rad] steering angle before the side clearance is checked
+    bool held_left = false, held_right = false;  // no turn to that side: too little clearance
     StepResult result{};
 
     static constexpr auto columns() {
       using C = Trace;
       constexpr auto block = [](const C& t) { return std::pair{t.block_first, t.block_last}; };
       return std::tuple{
-          Column{"ranges", &C::ranges, "m", "by beam, right to left, repaired and clipped"},
-          Column{"extended", &C::extended, "m", "by beam, after the extension"},
-          Column{"disparities", &C::disparities, "", "the nearer beam of each disparity"},
-          Column{"first_beam", &C::first_beam, "rad", "direction of the first range, in the laser's frame"},
+          Column{"ranges", &C::ranges, "m", "per beam, right to left, repaired and clipped"},
+          Column{"extended", &C::extended, "m", "per beam, after the extension"},
+          Column{"disparities", &C::disparities, "", "index of the nearer beam of each disparity"},
+          Column{"first_beam", &C::first_beam, "rad", "direction of the first range, in the LiDAR's frame"},
           Column{"beam_step", &C::beam_step, "rad", "between ranges"},
           Column{"block", block, "", "first and last beam of the farthest block"},
-          Column{"aim", &C::aim, "rad", "direction that the car aims at"},
-          Column{"aim_free", &C::aim_free, "m", "free distance there"},
+          Column{"aim", &C::aim, "rad", "direction of the aim"},
+          Column{"aim_free", &C::aim_free, "m", "free distance in the direction of the aim"},
           Column{"straight_free", &C::straight_free, "m", "free distance straight ahead"},
-          Column{"wanted", &C::wanted, "rad", "steering angle before the sides were looked at"},
-          Column{"held_left", &C::held_left, "", "no turning to the left: too near"},
-          Column{"held_right", &C::held_right, "", "no turning to the right: too near"},
+          Column{"wanted", &C::wanted, "rad", "steering angle before the side clearance is checked"},
+          Column{"held_left", &C::held_left, "", "no left turn: too little clearance"},
+          Column{"held_right", &C::held_right, "", "no right turn: too little clearance"},
           Column{"result", &C::result, "", "speed, steering angle and status"},
       };
     }
   };
 
-  // Throws std::invalid_argument: section, field, value, allowed range.
+  // Throws std::invalid_argument with section, field, value and allowed range.
   explicit DisparityExtender(const DisparityExtenderParams& params);
 
   StepResult step(const LaserScan& scan, const VehicleState& state, double dt) noexcept override;
@@ -125,8 +125,8 @@ class DisparityExtender final : public Driver {
   DisparityExtenderParams params_;
   Sweep sweep_;
   Trace trace_;
-  double steering_ = 0.0;      // [rad] last commanded
-  double speed_ = no_command;  // [m/s] last commanded
+  double steering_ = 0.0;      // [rad] last command
+  double speed_ = no_command;  // [m/s] last command
   ScanPeriod period_{};
 };
 

@@ -1,4 +1,4 @@
-// Checks that the opponents' parameters share.
+// Validation shared by the reactive drivers.
 #pragma once
 
 #include <string_view>
@@ -7,7 +7,7 @@
 
 namespace firstlap::drivers {
 
-// Throws std::invalid_argument: section, field, value, allowed range; also where v_min is above v_max.
+// Throws std::invalid_argument with section, field, value and allowed range; also if v_min is above v_max.
 template <class Params>
 void validate_driver(const Params& params) {
   for_each_section(params, [](std::string_view name, const auto& section) { firstlap::validate(section, name); });

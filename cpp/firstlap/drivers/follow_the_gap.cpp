@@ -10,7 +10,7 @@
 namespace firstlap::drivers {
 namespace {
 
-// The widest shadow that still leaves a way out when the car already stands nearer than its margin.
+// Inflation radius, reduced if the car is already closer to a return, so that free directions remain.
 double shadow_radius(double wanted, const Buffer<double>& ranges) noexcept {
   double nearest = wanted;
   for (const double r : ranges) nearest = std::min(nearest, 0.9 * r);
@@ -41,7 +41,7 @@ StepResult FollowTheGap::step(const LaserScan& scan, const VehicleState& state, 
   return trace_.result = {{speed_, steering_}, blocked ? Status::blocked : Status::ok};
 }
 
-// How far the car, as a disc, could go in each direction.
+// Free distance of the car, as a disc, in each direction.
 void FollowTheGap::widen() noexcept {
   trace_.step = params_.gap.view_angle / directions_per_side;
   trace_.ranges.assign(sweep_.ranges().span());
@@ -49,7 +49,8 @@ void FollowTheGap::widen() noexcept {
   trace_.beam_step = sweep_.angle_step();
   trace_.free.fill(directions, params_.scan.range_use);
   const double radius = shadow_radius(0.5 * params_.car.width + params_.gap.body_margin, sweep_.ranges());
-  // Of beams closer together than the directions the nearest is enough. Groups lie evenly about the middle.
+  // If beams are denser than directions, only the nearest return of each group of beams is used. The groups are
+  // symmetric about the middle.
   const int beams = static_cast<int>(sweep_.size());
   const double group = std::min(1.7 * trace_.step / sweep_.angle_step(), static_cast<double>(beams));
   const int half = std::max(0, (static_cast<int>(group) - 1) / 2);
@@ -78,7 +79,7 @@ void FollowTheGap::cast_shadow(std::size_t beam, double radius) noexcept {
   const int last = std::min(static_cast<int>(std::floor((angle + half) / trace_.step)), directions_per_side);
   for (int k = first; k <= last; ++k) {
     const double off = angle_of(k) - angle;
-    const double across = r * off * (1.0 - off * off / 6.0);  // sin and cos by their series: the half is below 1.2 rad
+    const double across = r * off * (1.0 - off * off / 6.0);  // sin and cos by their series: `half` is below 1.2 rad
     const double along = r * (1.0 - 0.5 * off * off * (1.0 - off * off / 12.0));
     const double touch = along - std::sqrt(std::max(radius * radius - across * across, 0.0));
     free_at(k) = std::min(free_at(k), std::max(touch, 0.0));
@@ -98,7 +99,7 @@ void FollowTheGap::blow_bubble() noexcept {
     if (std::abs(angle_of(k) - sweep_.angle(nearest)) < half) free_at(k) = 0.0;
 }
 
-// With a lower threshold where nothing is free as far as wished.
+// Lowers the threshold if no direction is free that far.
 bool FollowTheGap::choose_run() noexcept {
   constexpr int attempts = 12;
   trace_.threshold = std::min(params_.gap.free_distance, params_.scan.range_use);
@@ -117,7 +118,7 @@ bool FollowTheGap::best_run(double threshold) noexcept {
       value += std::pow(free_at(k), params_.gap.run_power);
       continue;
     }
-    // Of two that are worth the same the one nearer to straight ahead.
+    // Among runs of equal score the one closest to straight ahead.
     const bool nearer = std::abs(first + k - 1) < std::abs(trace_.run_first + trace_.run_last);
     if (value > best * (1.0 + 1e-9) || (value > 0.0 && value >= best * (1.0 - 1e-9) && nearer)) {
       best = value;
@@ -153,9 +154,10 @@ void FollowTheGap::choose_aim() noexcept {
   trace_.aim_free = free_at(static_cast<int>(std::lround(trace_.aim / trace_.step)));
 }
 
-// The wheel angle nearest to the wanted one whose arc is free for long enough; the freest where none is.
+// The steering angle nearest to the wanted one whose arc is free far enough; the one with the farthest arc if there is
+// none.
 void FollowTheGap::choose_arc(const VehicleState& state) noexcept {
-  constexpr int tries = 8;  // on each side
+  constexpr int tries = 8;  // per side
   const GapParams& p = params_.gap;
   const CarGeometry& car = params_.car;
   trace_.wanted = within_grip(params_.steering.steering_gain * trace_.aim, state.speed, params_.steering, car);
@@ -167,7 +169,7 @@ void FollowTheGap::choose_arc(const VehicleState& state) noexcept {
   };
   trace_.arc = trace_.wanted;
   trace_.arc_free = free(trace_.wanted);
-  // Away from zero first or last: by the side that the aim is on, so that a mirrored scan is mirrored.
+  // Order of the tries by the side of the aim, so that a mirrored scan gives a mirrored result.
   const double side = trace_.aim < 0.0 ? -1.0 : 1.0;
   for (int i = 1; i <= tries && trace_.arc_free < enough; ++i) {
     for (const double sign : {-side, side}) {

@@ -17,8 +17,8 @@ void Racer::set_params(const Params& params) {
   params_ = params;
 }
 
-// The stages work on buffers of their own. At the end these change places with those of the trace: nothing is copied,
-// and what is shown is never read again.
+// The stages work in the workspace. At the end its results are swapped with the trace: nothing is copied, and the trace
+// is never read.
 StepResult Racer::step(const LaserScan& scan, const VehicleState& measured, double dt) noexcept {
   work_.step.clear();
   work_.step.result = drive(scan, measured, dt);
@@ -29,28 +29,28 @@ StepResult Racer::step(const LaserScan& scan, const VehicleState& measured, doub
 
 StepResult Racer::drive(const LaserScan& scan, const VehicleState& measured, double dt) noexcept {
   Trace& step = work_.step;
-  // 1. What makes no sense is not used; what was seen before a long pause is of another place.
+  // 1. Reject implausible measurements. After a long pause, forget earlier scans.
   if (!plausible(measured, dt)) return drive_blind(dt);
   if (!memory_.awake || dt > longest_pause) reset();
 
-  // 2. Estimation: how fast the car really is; what is remembered moves with it.
+  // 2. Estimation: correct the measured speed, and move the memory by odometry.
   step.speed_scale = learn_from_driving(measured, dt, params_.speed_scale, memory_);
   const VehicleState state{measured.speed * step.speed_scale, measured.yaw_rate, measured.steering_angle};
   move_by_odometry(state, step.speed_scale, dt, params_.centerline, memory_);
   memory_.period.learn(dt);
 
-  // 3. Perception: points, sections, samples of the walls.
+  // 3. Perception: points, sections, labeled samples.
   Status status = Status::bad_scan;
   if (perceive(scan, state, memory_, params_, work_)) {
     learn_from_scan(step.samples, dt, params_.speed_scale, memory_);
 
-    // 4. Planning: the sides and the centerline between them, then path and speeds.
+    // 4. Planning: the sides and the centerline between them, then path and velocity profile.
     find_line(params_, memory_, work_);
     if (step.candidates.count > 0) remember_seen(step.walls, memory_);
     status = plan_path(state, params_, work_) ? Status::ok : Status::no_path;
   }
 
-  // 5. What lasts; without a path of its own the step follows the last one for a short while.
+  // 5. Memory. Without a path from this scan, hold the last one for a short time.
   if (status == Status::ok) {
     learn_width(step.line, params_.track_width, work_.widths, memory_);
     remember_path(step.path, step.walls, step.line.end, memory_);
@@ -58,7 +58,8 @@ StepResult Racer::drive(const LaserScan& scan, const VehicleState& measured, dou
     status = Status::holding;
   }
 
-  // 6. Control: along the path, unless the car could soon not stop any more; or to a stop with the wheels as they are.
+  // 6. Control: follow the path, unless the stopping check decides to brake. Without a path, stop with the steering
+  // angle held.
   DriveCommand wanted{0.0, memory_.command.steering_angle};
   if (status == Status::ok || status == Status::holding) {
     const Maneuver maneuver = follow_path(state, dt, memory_, params_, work_);
@@ -71,7 +72,7 @@ StepResult Racer::drive(const LaserScan& scan, const VehicleState& measured, dou
   return {command(wanted, dt), status};
 }
 
-// What was measured means nothing: what is remembered goes on as it last moved, and the car stops.
+// Without a plausible measurement, the memory moves with the previous one and the car stops.
 StepResult Racer::drive_blind(double dt) noexcept {
   const bool timed = std::isfinite(dt) && dt >= 0.0 && dt <= longest_pause;
   if (!timed) reset();
@@ -84,7 +85,7 @@ StepResult Racer::drive_blind(double dt) noexcept {
   return {command({0.0, memory_.command.steering_angle}, 0.0), Status::bad_state};
 }
 
-// The command within its limits, `dt` [s] after the last one, and with the scale that the car makes of it.
+// The command within the car's limits, `dt` [s] after the previous one, corrected by the command scale.
 DriveCommand Racer::command(const DriveCommand& wanted, double dt) noexcept {
   work_.step.command_scale = true_per_commanded(memory_.speed_scale, params_.speed_scale);
   const double speed = wanted.speed / work_.step.command_scale;

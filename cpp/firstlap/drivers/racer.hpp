@@ -1,4 +1,4 @@
-// The whole method: one LiDAR scan in, one command out.
+// The complete map-less method: one LiDAR scan in, one command out.
 #pragma once
 
 #include "firstlap/common/driver.hpp"
@@ -11,23 +11,24 @@ namespace firstlap {
 
 class Racer final : public Driver {
  public:
-  // Throws std::invalid_argument: field, value, allowed range.
+  // Throws std::invalid_argument with field, value and allowed range.
   explicit Racer(const Params& params);
 
   StepResult step(const LaserScan& scan, const VehicleState& measured, double dt) noexcept override;
   void reset() noexcept override { memory_ = blank_; }
 
-  // Changes the parameters while driving; throws as the constructor and then keeps the old ones.
+  // Changes the parameters while driving. Throws as the constructor does; then the old ones stay.
   void set_params(const Params& params);
   [[nodiscard]] const Params& params() const noexcept { return params_; }
-  // What the last step saw and thought; valid until the next one.
+  // Intermediate results of the last step; valid until the next step.
   [[nodiscard]] const Trace& trace() const noexcept { return trace_; }
-  // What it will do depends on this and its parameters alone: another racer that is given it goes on as this one.
+  // All state between steps. Future commands depend only on it and the parameters: a racer restored from it behaves
+  // identically.
   [[nodiscard]] const RacerMemory& memory() const noexcept { return memory_; }
   void restore(const RacerMemory& memory) noexcept { memory_ = memory; }
 
  private:
-  friend struct RacerProbe;  // of the tests: spoils what must hold nothing
+  friend struct RacerProbe;  // for tests: overwrites what must hold no state
 
   StepResult drive(const LaserScan& scan, const VehicleState& measured, double dt) noexcept;
   StepResult drive_blind(double dt) noexcept;
@@ -35,7 +36,7 @@ class Racer final : public Driver {
 
   Params params_;
   RacerMemory memory_;
-  RacerMemory blank_;  // of a car that has seen nothing
+  RacerMemory blank_;  // memory before the first scan
   RacerWorkspace work_;
   Trace trace_;
 };

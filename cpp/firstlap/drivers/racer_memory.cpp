@@ -10,7 +10,7 @@ void forget(LocalWalls& walls) noexcept {
   walls.right.clear();
 }
 
-// Expresses points in the base_link that `motion` leads to.
+// Transforms points into the base_link that `motion` leads to.
 class Mover {
  public:
   explicit Mover(const Pose2& motion) noexcept : motion_(motion), c_(std::cos(motion.yaw)), s_(std::sin(motion.yaw)) {}
@@ -80,8 +80,8 @@ void learn_from_scan(const Buffer<SectionSample>& samples, double dt, const Spee
   learn_from_walls(error, memory.moved, memory.moved_measured, dt, params, memory.speed_scale);
 }
 
-// The first median is taken as it is, later ones bit by bit. A track that is too wide at most points is as wide
-// as it can be: the line must not leap where it narrows to a width that counts.
+// The first median is taken over as it is, later ones with the gain `width_gain`. If the track is too wide at most
+// points, its width is `width_max`: the centerline must not jump where the track narrows below that.
 bool learn_width(const Centerline& line, const TrackWidthParams& params, Buffer<double>& widths,
                  RacerMemory& memory) noexcept {
   widths.clear();

@@ -1,4 +1,5 @@
-// Every parameter of the method, one section per stage. A setup file holds what differs from the defaults.
+// All parameters of the map-less method, one section per stage. A setup file contains only what differs from the
+// defaults.
 #pragma once
 
 #include "firstlap/common/car_dynamics.hpp"
@@ -23,8 +24,7 @@ struct Params {
   SpeedScaleParams speed_scale{};
 };
 
-// Calls `visit(name, section)` for every section, in the order of the method. Field names are unique
-// over all sections.
+// Calls `visit(name, section)` for every section, in the order of the stages. Field names are unique over all sections.
 template <class AnyParams, class Visitor>
 void for_each_section(AnyParams& params, Visitor&& visit) {
   visit("car", params.car);
@@ -40,8 +40,8 @@ void for_each_section(AnyParams& params, Visitor&& visit) {
   visit("speed_scale", params.speed_scale);
 }
 
-// Throws std::invalid_argument: section, field, value, allowed range; also for pairs that contradict
-// each other (v_min above v_max and the like).
+// Throws std::invalid_argument with section, field, value and allowed range; also for contradicting pairs, such as
+// v_min above v_max.
 void validate(const Params& params);
 
 }  // namespace firstlap

@@ -15,10 +15,10 @@
 namespace firstlap {
 namespace {
 
-constexpr std::size_t fewest_points = 4;  // of a line or a path: fewer have no curvature
-constexpr std::size_t fewest_ahead = 2;   // of them ahead of the front axle
+constexpr std::size_t fewest_points = 4;  // of a centerline or path: fewer have no curvature
+constexpr std::size_t fewest_ahead = 2;   // of these ahead of the front axle
 
-// True where the line passes the car against its heading.
+// Whether the centerline passes the car against its heading.
 bool leads_back(const Centerline& line, const CenterlineParams& params) noexcept {
   if (line.points.size() < 2) return false;
   const std::size_t i = std::clamp<std::size_t>(line.nearest, 1, line.points.size() - 1);
@@ -27,23 +27,23 @@ bool leads_back(const Centerline& line, const CenterlineParams& params) noexcept
   return dx < params.against_heading * norm(dx, dy);
 }
 
-// [1/m] of the arc that the car drives; standing, it has none.
+// [1/m] Curvature of the arc that the car is driving.
 double curvature_driven(const VehicleState& state, const Params& params) noexcept {
   const double tightest = std::tan(params.car.steering_limit) / params.car.wheelbase;
   return std::clamp(state.yaw_rate / std::max(state.speed, params.stopping_check.start_speed), -tightest, tightest);
 }
 
-// Walls and centerline for one split, as a candidate.
+// Walls and centerline for one candidate split.
 void build_line(std::size_t split, const RacerMemory& memory, const Params& params, RacerWorkspace& work) noexcept {
   const Trace& seen = work.step;
   const double width = width_of(memory, params.track_width);
-  split_into_sides(seen.sections, seen.samples, {split, width, params.centerline.spacing},
-                   params.segmentation, work.walls);
+  split_into_sides(seen.sections, seen.samples, {split, width, params.centerline.spacing}, params.segmentation,
+                   work.walls);
   carry_over_occluded(memory.walls, work.table, work.ranges, params.car, params.centerline.memory_time, work.walls);
   trace_centerline(work.walls, memory.trail, width, params.car, params.track_width, params.centerline, work.line);
 }
 
-// What a split is worth against the best-ranked one: by its own score, and by the line that it gives.
+// Value of a split relative to the best-ranked one, from its score and its centerline.
 double split_value(const SplitCandidate& candidate, const Centerline& line, const Params& params,
                    const Trace& seen) noexcept {
   constexpr double tiny = 1e-3;  // for scores that may be 0
@@ -53,8 +53,8 @@ double split_value(const SplitCandidate& candidate, const Centerline& line, cons
          side_consistency(seen.sections, seen.samples, candidate.split, params.segmentation);
 }
 
-// The best split is the one whose line is usable for longest; the others are tried only where the first
-// one's line is short or tight, or passes something on the other side than before.
+// Chooses the split with the longest usable centerline. Further candidates are tried only if the value of the first is
+// low: its centerline is short or tight, or passes something on the other side than before.
 void choose_split(const RacerMemory& memory, const Params& params, RacerWorkspace& work) noexcept {
   Trace& step = work.step;
   step.candidates = rank_splits(step.points, step.sections, step.samples, width_of(memory, params.track_width),
@@ -76,21 +76,21 @@ void label_samples(const RacerMemory& memory, const Params& params, Buffer<Secti
   label_from_history(memory.walls, memory.path, memory.trail, params.segmentation, samples);
 }
 
-// Next to the front axle; false where too little of the path lies ahead.
+// Finds the path point nearest to the front axle. Returns false if too little of the path is ahead.
 bool find_nearest(const Params& params, Trace& step) noexcept {
   if (step.path.size() < fewest_points) return false;
   step.nearest = nearest_on_path(step.path, params.car.wheelbase, 0.0);
   return step.nearest + fewest_ahead < step.path.size();
 }
 
-// What lies on the path.
+// A stop before an obstacle on the path.
 struct StopAhead {
   bool near = false;        // the car has to stop just ahead
-  bool full_brake = false;  // planned braking would not stop it before
+  bool full_brake = false;  // planned braking would not be enough
 };
 
-// Plans a stop before anything on the path that the car would hit, wall or not, and where the track becomes too narrow
-// for it: by what this scan saw, or the last good one, moved.
+// Plans a stop before any obstacle or wall on the path, and where the track becomes too narrow for the car. It uses the
+// walls of this scan, or of the last valid one, moved by odometry.
 StopAhead stop_for_obstacles(double speed, const RacerMemory& memory, const Params& params, Trace& step) noexcept {
   const VelocityProfileParams& p = params.velocity_profile;
   const PathClearance found = clearance_along(step.path, step.nearest, memory.seen, params.car, p);
@@ -130,7 +130,7 @@ void find_line(const Params& params, RacerMemory& memory, RacerWorkspace& work) 
     label_samples(memory, params, work.step.samples);
     choose_split(memory, params, work);
   }
-  // The first width was assumed: with the measured one the line may be another.
+  // The first width was only assumed: with the measured one the split may be another.
   if (!memory.width && learn_width(work.step.line, params.track_width, work.widths, memory))
     choose_split(memory, params, work);
 }
@@ -175,7 +175,7 @@ Maneuver follow_path(const VehicleState& state, double dt, const RacerMemory& me
   const bool brakes = stop.brake || ahead.full_brake;
   maneuver.blocked = brakes || ahead.near;
   if (!brakes) return maneuver;
-  // Full braking takes the grip that a bend needs: there, the planned braking at most.
+  // Full braking would take the grip needed for cornering: in a corner, brake only as planned.
   const bool bends = std::abs(state.speed * state.yaw_rate) > params.stopping_check.gentle_bend_share * p.a_y_max;
   const double least = bends ? state.speed + p.delta_v_min : 0.0;
   maneuver.speed = std::min(maneuver.speed, least);

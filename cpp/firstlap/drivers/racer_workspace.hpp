@@ -1,5 +1,4 @@
-// The buffers of one step. They hold nothing between steps: whatever stands in them when a step begins, it does the
-// same.
+// Buffers of one step. They hold no state: a step gives the same result whatever they contain at its start.
 #pragma once
 
 #include "firstlap/common/buffer.hpp"
@@ -14,13 +13,13 @@ struct RacerWorkspace {
   RacerWorkspace()
       : ranges(max_points), spline(max_line_points), widths(max_line_points), control_points(max_control_points) {}
 
-  Trace step;             // the results of the stages so far; the step ends by handing them over
-  BeamTable table;        // of the scan's header; the one of the scan before serves where that is the same
-  Buffer<float> ranges;   // [m] by beam
-  LocalWalls walls;       // of a split that is being tried
-  Centerline line;        // and its centerline
-  Spline spline;          // of the path
-  Buffer<double> widths;  // [m] that one scan tells
+  Trace step;                           // results of the stages so far, handed over at the end of the step
+  BeamTable table;                      // for the scan's header, reused while that stays the same
+  Buffer<float> ranges;                 // [m] per beam
+  LocalWalls walls;                     // of the split being tried
+  Centerline line;                      // of the split being tried
+  Spline spline;                        // of the path
+  Buffer<double> widths;                // [m] track widths in one scan
   Buffer<ControlPoint> control_points;  // of the minimum-curvature path
 };
 

@@ -9,10 +9,10 @@
 namespace firstlap::drivers {
 namespace {
 
-constexpr double straight = 1e-4;  // [1/m] less curvature than this is none
-constexpr double passed = -0.05;   // [m] a point further behind the body's front edge is beside it, not ahead
+constexpr double straight = 1e-4;  // [1/m] smaller curvatures count as straight
+constexpr double passed = -0.05;   // [m] a point farther behind the front edge of the body is beside it, not ahead
 
-// Straight on: the first point in the way of the body.
+// Free distance [m] straight ahead.
 double free_straight(const Buffer<Point2>& points, double side, double front, double farthest) noexcept {
   double free = farthest;
   for (const Point2& p : points)
@@ -29,7 +29,7 @@ double plan_speed(double free, double curvature, const SpeedNow& now, const Spee
     const double turning = std::sqrt(params.a_y_max / std::max(std::abs(curvature), straight));
     speed = std::max(std::min({braking, turning, params.v_max}), std::min(params.v_min, params.v_max));
   }
-  // A stop is not softened: the car takes the brake it has.
+  // The limit on deceleration does not apply to a stop.
   const double softened = std::min(now.measured + params.delta_v_min, now.commanded + params.a_x_min * now.dt);
   const double slowest = speed > 0.0 ? softened : 0.0;
   return std::clamp(std::min(std::max(speed, slowest), now.measured + params.delta_v_max), 0.0, params.v_max);
@@ -71,13 +71,13 @@ double free_along_arc(const Buffer<Point2>& points, double curvature, double mar
   const double radius = 1.0 / std::abs(curvature);
   const double inner = std::max(radius - side, 0.0);
   const double outer = norm(radius + side, front);
-  double least = farthest / radius;  // [rad] round the circle's center
+  double least = farthest / radius;  // [rad] around the center of the circle
   for (const Point2& p : points) {
-    const double y = radius - (curvature > 0.0 ? p.y : -p.y);  // toward the car from the center
+    const double y = radius - (curvature > 0.0 ? p.y : -p.y);  // from the center toward the car
     const double square = p.x * p.x + y * y;
     if (square <= inner * inner || square >= outer * outer) continue;
     const double distance = std::sqrt(square);
-    // Where on the body this ring meets first: the front, or the inner flank behind it.
+    // The point of the body that reaches this radius first: the front, or the inner side behind it.
     const double reach = std::min(front, std::sqrt(std::max(square - inner * inner, 0.0)));
     const double angle = std::atan2(p.x, y) - std::asin(std::min(reach / distance, 1.0));
     const double ahead = angle * radius > passed ? std::max(angle, 0.0) : angle + 2.0 * std::numbers::pi;

@@ -1,5 +1,5 @@
-// What the map-less opponents share once they know where to go: speed from free distance and curvature,
-// steering within grip and servo, and the way that the car's body sweeps.
+// Shared by the reactive drivers: speed from free distance and curvature, steering within grip and servo limits, and
+// the area swept by the car's body.
 #pragma once
 
 #include <limits>
@@ -12,7 +12,7 @@
 
 namespace firstlap::drivers {
 
-inline constexpr double no_command = std::numeric_limits<double>::infinity();  // [m/s] none has been given yet
+inline constexpr double no_command = std::numeric_limits<double>::infinity();  // [m/s] no command has been given yet
 
 struct SpeedParams {
   double v_min = 1.0;
@@ -26,13 +26,15 @@ struct SpeedParams {
   static constexpr auto fields() {
     using P = SpeedParams;
     return std::tuple{
-        Field{"v_min", &P::v_min, "m/s", 0.1, 10.0, "speed never falls below this, but for a stop"},
-        Field{"v_max", &P::v_max, "m/s", 0.1, 20.0, "speed never rises above this"},
-        Field{"a_y_max", &P::a_y_max, "m/s^2", 0.1, 20.0, "lateral acceleration that the steering may ask for"},
-        Field{"a_x_min", &P::a_x_min, "m/s^2", -20.0, -0.1, "braking that the free distance must suffice for"},
-        Field{"stop_distance", &P::stop_distance, "m", 0.0, 2.0, "with less free distance the car stops"},
-        Field{"delta_v_max", &P::delta_v_max, "m/s", 0.0, 10.0, "commanded speed above the measured one at most"},
-        Field{"delta_v_min", &P::delta_v_min, "m/s", -10.0, 0.0, "commanded speed below the measured one at most"},
+        Field{"v_min", &P::v_min, "m/s", 0.1, 10.0, "minimum speed, except for a stop"},
+        Field{"v_max", &P::v_max, "m/s", 0.1, 20.0, "maximum speed"},
+        Field{"a_y_max", &P::a_y_max, "m/s^2", 0.1, 20.0, "maximum lateral acceleration"},
+        Field{"a_x_min", &P::a_x_min, "m/s^2", -20.0, -0.1,
+              "deceleration with which the car must be able to stop within the free distance, as a negative number"},
+        Field{"stop_distance", &P::stop_distance, "m", 0.0, 2.0,
+              "the car stops if the free distance is less than this"},
+        Field{"delta_v_max", &P::delta_v_max, "m/s", 0.0, 10.0, "maximum of commanded minus measured speed"},
+        Field{"delta_v_min", &P::delta_v_min, "m/s", -10.0, 0.0, "minimum of commanded minus measured speed"},
     };
   }
 };
@@ -45,44 +47,47 @@ struct SteeringParams {
   static constexpr auto fields() {
     using P = SteeringParams;
     return std::tuple{
-        Field{"steering_gain", &P::steering_gain, "", 0.05, 3.0, "wheel angle per angle of the aim"},
-        Field{"steering_time", &P::steering_time, "s", 0.0, 0.5, "time constant of the low pass on the wheel angle"},
+        Field{"steering_gain", &P::steering_gain, "", 0.05, 3.0, "steering angle per aim angle"},
+        Field{"steering_time", &P::steering_time, "s", 0.0, 0.5,
+              "time constant of the low-pass filter of the steering angle"},
         Field{"a_y_steer", &P::a_y_steer, "m/s^2", 0.5, 30.0,
-              "no wheel angle that would ask for more lateral acceleration at the measured speed"},
+              "the steering angle is limited to this lateral acceleration at the measured speed"},
     };
   }
 };
 
-// What the next speed command starts from.
+// Start of the next speed command.
 struct SpeedNow {
   double measured = 0.0;   // [m/s]
-  double commanded = 0.0;  // [m/s] by the last step; infinite before the first
+  double commanded = 0.0;  // [m/s] last command; infinite before the first
   double dt = 0.0;         // [s] since then
 };
 
-// Speed [m/s] for this much free distance [m] and curvature [1/m]: sqrt(2 a free) and sqrt(a_y / |curvature|), near the
-// measured speed. A speed that reads high takes no brake away: the command may always fall by a_x_min.
+// Speed [m/s] for a free distance `free` [m] and a curvature [1/m]: sqrt(2 a free) and sqrt(a_y / |curvature|), limited
+// relative to the measured speed. An overestimated measured speed does not prevent braking: the command may always fall
+// with a_x_min.
 double plan_speed(double free, double curvature, const SpeedNow& now, const SpeedParams& params) noexcept;
 
-// `wanted` [rad] within the wheel's limit and what `a_y_steer` allows at this speed: atan(l a_y / v^2).
+// The steering angle `wanted` [rad], limited by the servo and by `a_y_steer` at `speed` [m/s]: atan(l a_y / v^2).
 double within_grip(double wanted, double speed, const SteeringParams& params, const CarGeometry& car) noexcept;
 
-// One step from the wheel angle commanded `before` toward `wanted` [rad]: low pass and servo's rate.
+// One step from the commanded steering angle `before` [rad] toward `wanted` [rad]: low-pass filter with time constant
+// `time` [s], and steering rate limit.
 double smooth_steering(double wanted, double before, double dt, double time, const CarGeometry& car) noexcept;
 
-// [1/m] of the rear axle's way at this wheel angle [rad].
+// [1/m] Curvature of the rear axle's path at a steering angle [rad].
 double curvature_of(double steering_angle, const CarGeometry& car) noexcept;
 
-// Room [m] between the car's flanks and the nearest returns beside them.
+// Lateral clearance [m] between the car's sides and the nearest returns beside it.
 struct Beside {
   double left = 1e3;
   double right = 1e3;
 };
 Beside room_beside(const Buffer<Point2>& points, const CarGeometry& car) noexcept;
 
-// How far [m] the car can roll along the circle of `curvature` until its body, `margin` wider on either side,
-// meets one of `points` (base_link); at most `farthest`. The body's sweep is exact: a ring from the inner flank
-// at the rear axle to the outer front corner.
+// Distance [m] that the car can drive along the circle of `curvature` [1/m] until its body, `margin` [m] wider on
+// either side, touches one of `points` (base_link); at most `farthest` [m]. The swept area is exact: a ring from the
+// inner side at the rear axle to the outer front corner.
 double free_along_arc(const Buffer<Point2>& points, double curvature, double margin, double farthest,
                       const CarGeometry& car) noexcept;
 

@@ -43,7 +43,8 @@ bool Sweep::read(const LaserScan& scan, const VehicleState& state, const ScanPer
   return true;
 }
 
-// A return at `p` (base_link), `range` from the laser in the direction of `beam`. The car's own body is none.
+// Adds a return at `p` (base_link), `range` [m] from the LiDAR in the direction of `beam`, unless it is from the car's
+// own body.
 void Sweep::take(Point2 p, std::size_t beam, double range, const SweepParams& params, const Footprint& body) noexcept {
   if (body.covers(p)) return;
   const double used = std::min(range, params.range_use);

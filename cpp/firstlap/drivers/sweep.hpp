@@ -1,5 +1,5 @@
-// One scan as the map-less opponents read it: a range for every beam, right to left, and the returns as
-// points in base_link, both as they are at the end of the sweep.
+// One scan for the reactive drivers: a range for every beam, right to left, and the returns as points in base_link,
+// both deskewed to the end of the sweep.
 #pragma once
 
 #include <cstddef>
@@ -23,12 +23,12 @@ struct SweepParams {
   static constexpr auto fields() {
     using P = SweepParams;
     return std::tuple{
-        Field{"range_use", &P::range_use, "m", 1.0, 30.0, "ranges are clipped here"},
-        Field{"lost_range", &P::lost_range, "m", 0.1, 30.0, "how far it is free where many beams in a row are lost"},
+        Field{"range_use", &P::range_use, "m", 1.0, 30.0, "ranges are clipped to this"},
+        Field{"lost_range", &P::lost_range, "m", 0.1, 30.0, "free range assumed where many consecutive beams are lost"},
         Field{"max_lost_beams", &P::max_lost_beams, "beams", 0.0, 200.0,
-              "fewer lost beams in a row get the nearer neighbor's range"},
+              "up to this many consecutive lost beams take the range of the nearer neighbor"},
         Field{"footprint_margin", &P::footprint_margin, "m", 0.0, 0.3,
-              "returns inside the car's body plus this are the car itself: lost"},
+              "returns inside the car's body plus this margin are from the car itself and dropped"},
     };
   }
 };
@@ -37,8 +37,8 @@ class Sweep {
  public:
   Sweep() : ranges_(max_points), points_(max_points) {}
 
-  // False where there is nothing to read: a header without sense, or hardly a return. The car moves with `state`
-  // during the sweep, where `period` says that time_increment can be true.
+  // Returns false for an unusable scan: invalid header or hardly any return. The scan is deskewed with `state` if
+  // time_increment is consistent with `period`.
   bool read(const LaserScan& scan, const VehicleState& state, const ScanPeriod& period, const SweepParams& params,
             const CarGeometry& car) noexcept;
 
@@ -48,7 +48,7 @@ class Sweep {
   [[nodiscard]] double angle(std::size_t i) const noexcept { return table_.angle(i); }
   [[nodiscard]] double cosine(std::size_t i) const noexcept { return table_.cosine(i); }
   [[nodiscard]] double sine(std::size_t i) const noexcept { return table_.sine(i); }
-  // The beam nearest to `angle` [rad].
+  // Index of the beam nearest to `angle` [rad].
   [[nodiscard]] std::size_t beam_at(double angle) const noexcept;
   [[nodiscard]] const Buffer<double>& ranges() const noexcept { return ranges_; }
   [[nodiscard]] const Buffer<Point2>& points() const noexcept { return points_; }

@@ -1,4 +1,4 @@
-// The parameters of estimation, with default, unit, range and meaning.
+// Parameters of estimation, with default, unit, range and meaning.
 #pragma once
 
 #include <tuple>
@@ -7,7 +7,7 @@
 
 namespace firstlap {
 
-// Beyond the paper: a car whose speed constant is wrong.
+// Beyond the paper: scale error of the measured and commanded speeds.
 struct SpeedScaleParams {
   double scale_limit = 0.25;
   double scale_tolerance = 0.02;
@@ -30,7 +30,8 @@ struct SpeedScaleParams {
         Field{"scale_drift", &P::scale_drift, "1/sqrt(s)", 0.0, 0.5, "random walk of the scale"},
         Field{"scale_time", &P::scale_time, "s", 0.5, 60.0,
               "time constant of the comparison of commanded and measured speed"},
-        Field{"response_time", &P::response_time, "s", 0.0, 1.0, "delay of the car's speed after the command"},
+        Field{"response_time", &P::response_time, "s", 0.0, 1.0,
+              "time constant of the car's response to a speed command"},
     };
   }
 };

@@ -9,24 +9,24 @@
 namespace firstlap {
 namespace {
 
-constexpr double sample_sigma = 0.01;   // [m] of a wall sample across its wall
-constexpr double lateral_sigma = 0.03;  // [m] what the odometry of one scan leaves sideways
-constexpr double yaw_sigma = 0.02;      // [rad] and in yaw
-constexpr double same_wall = 0.3;       // [m] a sample this near to an earlier one is of the same wall
-constexpr double neighbor = 0.4;        // [m] samples of one wall are nearer to each other
-constexpr double straight = 0.9;        // cosine: a wall that bends more has no direction there
-constexpr double believable = 0.05;     // [m] off the wall, besides what a wrong speed explains
-constexpr double least_fit = 1e-6;      // of the sum of squared normals: less is no wall across the way
-constexpr std::size_t stride = 3;       // one sample in so many is looked at
-constexpr double chance = 2.0;          // standard deviations that may be chance
-constexpr double ramp = 0.01;           // from where an error is clear to where all of it is corrected
-constexpr double least_motion = 0.01;   // [m] of motion that tells a scale
-constexpr double least_driven = 1e-6;   // [m^2/s] of driving that tells what becomes of commands
-constexpr double response_slack = 0.2;  // [m/s] that a car may be off its command besides a wrong scale
+constexpr double sample_sigma = 0.01;   // [m] standard deviation of a wall sample, normal to the wall
+constexpr double lateral_sigma = 0.03;  // [m] lateral odometry error between two scans
+constexpr double yaw_sigma = 0.02;      // [rad] heading error of the odometry between two scans
+constexpr double same_wall = 0.3;       // [m] a sample within this distance of an earlier one belongs to the same wall
+constexpr double neighbor = 0.4;        // [m] maximum spacing of samples on one wall
+constexpr double straight = 0.9;        // cosine; the wall direction is undefined where it turns by more
+constexpr double believable = 0.05;     // [m] maximum distance from the wall that a wrong speed does not explain
+constexpr double least_fit = 1e-6;      // minimum sum of squared normals: below, no wall faces the direction of travel
+constexpr std::size_t stride = 3;       // every so many samples one is used
+constexpr double chance = 2.0;          // standard deviations within which an error may be noise
+constexpr double ramp = 0.01;           // width of the blend from no correction to full correction
+constexpr double least_motion = 0.01;   // [m] minimum motion that gives a measurement of the scale
+constexpr double least_driven = 1e-6;   // [m^2/s] minimum of driving that gives a command scale
+constexpr double response_slack = 0.2;  // [m/s] deviation from the command that a wrong scale does not explain
 
 double dot(Point2 a, Point2 b) noexcept { return a.x * b.x + a.y * b.y; }
 
-// The wall's direction at sample `i`, as a unit vector; zero where it has none.
+// The wall's direction at sample `i` as a unit vector; zero where it is undefined.
 Point2 direction(const WallSide& side, std::size_t i) noexcept {
   if (i == 0 || i + 1 >= side.seen) return {};
   const Point2 a = side.at(i - 1);
@@ -43,7 +43,7 @@ Point2 direction(const WallSide& side, std::size_t i) noexcept {
   return {scale * (c.x - a.x), scale * (c.y - a.y)};
 }
 
-// Normal equations of forward, sideways and yaw error.
+// Normal equations for the forward, lateral and yaw error.
 struct Fit {
   std::array<double, 6> a{};  // upper triangle: ff, fl, fy, ll, ly, yy
   std::array<double, 3> b{};
@@ -58,7 +58,7 @@ struct Fit {
     for (std::size_t k = 0; k < 3; ++k) b[k] += row[k] * residual;
   }
 
-  // The forward error with the other two eliminated.
+  // The forward error, with the other two eliminated.
   [[nodiscard]] MotionError solve() const noexcept {
     const double ll = a[3] + square(sample_sigma / lateral_sigma);
     const double yy = a[5] + square(sample_sigma / yaw_sigma);
@@ -73,7 +73,7 @@ struct Fit {
   static double square(double value) noexcept { return value * value; }
 };
 
-// How much of `error` to correct: nothing of what may be chance, all of it from a little beyond the tolerance on.
+// The part of `error` to correct: none within noise and tolerance, then blending to all of it.
 double correction(double error, double tolerance, const SpeedScale& scale, const SpeedScaleParams& params) noexcept {
   const double bounded = std::clamp(error, -params.scale_limit, params.scale_limit);
   const double clear = (std::abs(bounded) - tolerance - chance * std::sqrt(scale.variance)) / ramp;
@@ -120,7 +120,7 @@ void learn_from_command(double command, double measured, double dt, const SpeedS
                         SpeedScale& scale) noexcept {
   scale.expected += (command - scale.expected) * (1.0 - std::exp(-dt / params.response_time));
   if (params.scale_limit <= 0.0) return;
-  // A car that is held back, braked or pushed tells nothing.
+  // A car that is held, braked or pushed gives no information about the scale.
   const double credible = params.scale_limit * scale.expected;
   if (std::abs(measured - scale.expected) > credible + response_slack) return;
   const double kept = std::exp(-dt / params.scale_time);
@@ -133,11 +133,10 @@ double true_per_measured(const SpeedScale& scale, const SpeedScaleParams& params
 }
 
 double true_per_commanded(const SpeedScale& scale, const SpeedScaleParams& params) noexcept {
-  // Of a car that has stood for long all is forgotten: it is believed again.
+  // After a long standstill everything is forgotten, and commands are trusted again.
   if (!(scale.commanded_square > least_driven)) return 1.0;
   const double error = scale.ratio * scale.commanded_driven / scale.commanded_square - 1.0;
-  // Where the walls already say that the car is faster than it reads, its commands are no longer given the benefit of
-  // the doubt.
+  // If the walls already show that the car is faster than measured, the tolerance for commands is dropped.
   const bool fast = true_per_measured(scale, params) > 1.0;
   const double tolerance = fast ? 0.0 : params.command_tolerance;
   return 1.0 + std::max(0.0, correction(error, tolerance, scale, params));

@@ -6,8 +6,8 @@
 namespace firstlap {
 namespace {
 
-constexpr int patience = 4;           // measurements that may be disbelieved in a row
-constexpr double longest_step = 0.5;  // [s] a longer gap tells no more than this
+constexpr int patience = 4;           // maximum number of consecutive rejected measurements
+constexpr double longest_step = 0.5;  // [s] longer gaps are predicted over this time
 constexpr double most_speed = 100.0, most_rate = 100.0, most_bias = 2.0;
 
 double square(double value) noexcept { return value * value; }
@@ -43,7 +43,7 @@ void StateEstimate::predict(const DriveCommand& command, double dt) noexcept {
   follow_model();
 }
 
-// What speed and wheel angle make the car turn, as a measurement; standing it does not turn at all.
+// Pseudo-measurement of the yaw rate from speed and steering angle; zero at standstill.
 void StateEstimate::follow_model() noexcept {
   int never = 0;
   const double v = x_[0];
@@ -77,8 +77,8 @@ void StateEstimate::measure_steering(double steering_angle) noexcept {
                (measured - steering_);
 }
 
-// Scalar Kalman update with the row `row` of the measurement matrix. A wild one is not believed, unless it keeps
-// coming.
+// Scalar Kalman update with the row `row` of the measurement matrix. Outliers are rejected, but at most `patience` in a
+// row.
 void StateEstimate::correct(const Vector& row, double innovation, double variance, bool gated, int& doubted) noexcept {
   Vector column{};  // P h
   double total = variance;

@@ -1,6 +1,6 @@
-// The paper's Estimation layer for cars with poor odometry: wheel speed, yaw rate of an IMU and wheel angle of a servo
-// fused into the state that the method takes. An extended Kalman filter of speed, yaw rate and the gyro's bias; the
-// servo is a model, corrected where the angle is measured. No allocation, bounded work, finite for any input.
+// The paper's Estimation layer, for cars with poor odometry: an extended Kalman filter of speed, yaw rate and gyro bias
+// fuses wheel speed, gyro and steering angle into the state that drivers take. The servo is modeled, and corrected
+// where its angle is measured. No allocation, bounded work, finite for any input.
 #pragma once
 
 #include <array>
@@ -43,7 +43,7 @@ struct StateEstimateParams {
         Field{"model_sigma", &P::model_sigma, "rad/s", 0.001, 10.0,
               "error of the yaw rate predicted from speed and steering angle"},
         Field{"slip_sigma", &P::slip_sigma, "s/m", 0.0, 5.0, "increase of that error per lateral acceleration"},
-        Field{"understeer", &P::understeer, "s^2/m^2", -0.1, 0.5, "the yaw rate is reduced by 1 + this v^2"},
+        Field{"understeer", &P::understeer, "s^2/m^2", -0.1, 0.5, "the yaw rate is divided by 1 + this v^2"},
         Field{"servo_time", &P::servo_time, "s", 0.0, 1.0, "first-order lag of the servo"},
         Field{"servo_sigma", &P::servo_sigma, "rad", 0.0001, 0.5, "error of the servo model"},
         Field{"steering_offset", &P::steering_offset, "rad", -0.3, 0.3, "steering angle at servo position 0"},
@@ -57,15 +57,15 @@ struct StateEstimateParams {
 
 class StateEstimate {
  public:
-  // Throws std::invalid_argument: field, value, allowed range.
+  // Throws std::invalid_argument with field, value and allowed range.
   explicit StateEstimate(const StateEstimateParams& params, const CarGeometry& car = {});
 
-  // Moves on by dt [s] while the servo follows `command`. Not finite or not positive: nothing happens.
+  // Predicts by `dt` [s]; the servo follows `command`. Does nothing if `dt` is not finite or not positive.
   void predict(const DriveCommand& command, double dt) noexcept;
 
-  // Measurements at the time that was predicted to. Not finite: ignored.
-  void measure_speed(double speed) noexcept;              // [m/s] of the wheels
-  void measure_yaw_rate(double yaw_rate) noexcept;        // [rad/s] of the gyro
+  // Measurements at the predicted time. Ignored if not finite.
+  void measure_speed(double speed) noexcept;              // [m/s] wheel speed
+  void measure_yaw_rate(double yaw_rate) noexcept;        // [rad/s] gyro
   void measure_steering(double steering_angle) noexcept;  // [rad]
 
   VehicleState state() const noexcept { return {x_[0], x_[1], steering_}; }

@@ -55,7 +55,7 @@ void WallSide::push(double px, double py, Point2 out, float seen_before, Sight p
 
 namespace {
 
-// Vectors that gcc and clang offer on every processor: as a plain loop the search would take half of a step.
+// Vector extensions that gcc and clang support on every processor: a scalar search would take half the time of a step.
 constexpr std::size_t lanes = 4;
 using Floats = float __attribute__((vector_size(16)));
 using Ints = std::int32_t __attribute__((vector_size(16)));
@@ -66,7 +66,7 @@ Floats load(const float* from) noexcept {
   return floats;
 }
 
-// Lane by lane; x86 has an instruction for it that gcc does not find.
+// Element-wise minimum. gcc does not find the x86 instruction for it.
 Floats smaller(Floats a, Floats b) noexcept {
 #ifdef __SSE__
   return _mm_min_ps(a, b);
@@ -75,8 +75,8 @@ Floats smaller(Floats a, Floats b) noexcept {
 #endif
 }
 
-// The sample nearest to (x, y), block by block: each lane remembers its smallest squared distance so far and
-// the block where that was.
+// Search for the sample nearest to (x, y), block by block. Each lane keeps its smallest squared distance and the block
+// where it was found.
 class Search {
  public:
   static constexpr std::size_t block = 2 * lanes;  // samples
@@ -91,7 +91,7 @@ class Search {
     best_ = smaller(d, best_);
     block_ = (nearer & here) | (~nearer & block_);
   }
-  // For what is no whole block.
+  // For fewer samples than a block.
   void look_at(std::size_t i) noexcept {
     const float d = squared_distance(i);
     if (d >= best_[0]) return;
@@ -137,7 +137,7 @@ Nearest nearest_of_first(std::size_t n, const WallSide& side, double x, double y
   }
   std::size_t i = 0;
   for (; i + Search::block <= n; i += Search::block) search.look_at_block(i);
-  if (i < n) search.look_at_block(n - Search::block);  // some of it again
+  if (i < n) search.look_at_block(n - Search::block);  // overlaps the previous block
   return search.nearest();
 }
 
@@ -180,7 +180,7 @@ Nearest WallSearch::nearest_onwards(double x, double y, double reach) noexcept {
 }
 
 double WallSearch::distance(double x, double y, double enough) noexcept {
-  constexpr std::size_t reach = 3;  // samples that are tried first
+  constexpr std::size_t reach = 3;  // samples tried first
   for (std::size_t i = last_; i < std::min(last_ + reach, count_); ++i) {
     const double d = norm(x - side_.at(i).x, y - side_.at(i).y);
     if (d >= enough) continue;

@@ -1,5 +1,5 @@
-// What is known of the walls around the car: evenly spaced samples per side, of this scan and, where a
-// wall has just gone out of sight, of the scans before.
+// The known walls around the car: evenly spaced samples of each side, from this scan and, where occluded, carried over
+// from earlier scans.
 #pragma once
 
 #include <tuple>
@@ -10,26 +10,26 @@
 
 namespace firstlap {
 
-inline constexpr std::size_t max_samples = 1024;  // of one side
+inline constexpr std::size_t max_samples = 1024;  // per side
 
-// The line of sight past the end of a wall: up to it everything is free, behind it nothing is known.
+// The line of sight past a visible end of a wall. It separates free space from the occluded area behind the end.
 struct Sight {
-  float x = 0.0F;  // unit vector away from the laser
+  float x = 0.0F;  // unit vector away from the LiDAR
   float y = 0.0F;
-  float shadow = 0.0F;  // +1: what is hidden lies to the left of it, -1: to the right, 0: there is no such line
-  bool way_on = false;  // between it and the other wall lies the way on
+  float shadow = 0.0F;  // +1: the occluded area is to its left, -1: to its right, 0: no line of sight
+  bool way_on = false;  // the track continues between it and the other wall
 };
 
-// Coordinates stand apart so that the search for the nearest sample runs in vector instructions.
+// Separate coordinate arrays, so that the nearest-sample search is vectorized.
 struct WallSide {
   WallSide() : x(max_samples), y(max_samples), outward(max_samples), sight(max_samples), age(max_samples) {}
 
   Buffer<float> x;         // [m] base_link
   Buffer<float> y;         // [m] base_link
-  Buffer<Point2> outward;  // unit vector along the wall out of sight, at a visible end; else zero
+  Buffer<Point2> outward;  // at a visible end, unit vector along the wall into the occluded area; else zero
   Buffer<Sight> sight;     // past a visible end
-  Buffer<float> age;       // [s] since it was seen; 0: in this scan
-  std::size_t seen = 0;    // the first samples are of this scan, the others remembered
+  Buffer<float> age;       // [s] since the sample was measured; 0: in this scan
+  std::size_t seen = 0;    // number of samples from this scan; the others are carried over
 
   [[nodiscard]] std::size_t size() const noexcept { return x.size(); }
   [[nodiscard]] Point2 at(std::size_t i) const noexcept {
@@ -43,32 +43,33 @@ struct WallSide {
     using C = WallSide;
     return std::tuple{
         Column{"points", &C::points, "m", "samples of the wall"},
-        Column{"outward", &C::outward, "", "unit vector along the wall out of sight, at a visible end; else zero"},
-        Column{"age", &C::age, "s", "since each sample was seen; 0: in this scan"},
+        Column{"outward", &C::outward, "",
+               "at a visible end, unit vector along the wall into the occluded area; else zero"},
+        Column{"age", &C::age, "s", "since each sample was measured; 0: in this scan"},
     };
   }
 };
 
 struct Nearest {
   std::size_t index = 0;
-  double distance = 0.0;  // [m]; infinite where the side is empty
+  double distance = 0.0;  // [m]; infinite for a side without samples
 };
 
 Nearest nearest_sample(const WallSide& side, double px, double py) noexcept;
 
-// Asks the first `count` samples of a side for one point after the other along a wall: the answer is most
-// often next to the last one.
+// Nearest-sample search for a sequence of points along a wall, among the first `count` samples of a side. The result is
+// usually close to the previous one, where the search starts.
 class WallSearch {
  public:
   WallSearch(const WallSide& side, std::size_t count) noexcept : side_(side), count_(count) {}
 
   Nearest nearest(double x, double y) noexcept;
 
-  // The nearest of the samples on from the last answer, downhill along the wall; of all where that is farther than
-  // `reach` [m]. Another one where the wall comes back on itself.
+  // Local search downhill along the wall from the previous result; among all samples if that ends farther away than
+  // `reach` [m]. Not always the nearest sample where the wall turns back.
   Nearest nearest_onwards(double x, double y, double reach) noexcept;
 
-  // To the nearest sample [m], or to one that is nearer than `enough` [m].
+  // Distance [m] to the nearest sample, or to any sample closer than `enough` [m].
   double distance(double x, double y, double enough) noexcept;
 
  private:
@@ -82,7 +83,7 @@ struct LocalWalls {
   WallSide right;
 };
 
-// Where the car has been, in today's base_link, oldest first.
+// A past pose of the car in the current base_link. Trails are ordered oldest first.
 struct TrailPoint {
   double x = 0.0;
   double y = 0.0;
@@ -90,7 +91,7 @@ struct TrailPoint {
   double age = 0.0;  // [s]
 };
 
-// Expresses every sample in the base_link that `motion` (in the old base_link) leads to, `dt` later.
+// Transforms every sample into the base_link reached by `motion` (a pose in the old base_link), `dt` [s] later.
 void move_walls(const Pose2& motion, double dt, LocalWalls& walls) noexcept;
 
 }  // namespace firstlap

@@ -13,10 +13,10 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 constexpr double turn = 2.0 * pi;
-constexpr double seam_slack = 0.5;  // [beams] beyond straight behind, a beam still counts as straight behind
-constexpr double rounding = 1e-6;   // [rad] of angles in single precision
+constexpr double seam_slack = 0.5;  // [beams] a beam this far past straight behind still counts as straight behind
+constexpr double rounding = 1e-6;   // [rad] rounding of angles in single precision
 
-// The same angle in [-pi, pi).
+// The angle wrapped to [-pi, pi).
 double wrap_behind(double angle) noexcept {
   if (angle >= -pi - rounding && angle < pi) return angle;
   return angle - turn * std::floor((angle + pi) / turn);
@@ -43,7 +43,8 @@ void BeamTable::add(double angle, std::ptrdiff_t source) noexcept {
   source_.push(source);
 }
 
-// The beams beyond straight behind come first, a turn lower; then the slots that no beam fills; then the others.
+// Beams past straight behind come first, with their angle reduced by a full turn; then the slots without a beam; then
+// the other beams.
 void BeamTable::lay_out(const LaserScan& scan) noexcept {
   const auto last = static_cast<std::ptrdiff_t>(scan.ranges.size()) - 1;
   const double increment = std::abs(scan.angle_increment);

@@ -20,12 +20,12 @@ double usable_sweep_time_of(const LaserScan& scan, double period) noexcept {
   return usable_sweep_time(scan.time_increment, scan.ranges.size(), period);
 }
 
-// Whether the sector that the beams cover comes within `ahead` of straight ahead.
+// Whether the sector covered by the beams comes within `ahead` of straight ahead.
 bool looks_ahead(const LaserScan& scan) noexcept {
   const double end = scan.angle_min + scan.angle_increment * last_beam(scan);
   const double first = std::min(scan.angle_min, end);
   const double span = std::abs(end - scan.angle_min);
-  // From the first beam counter-clockwise to the right edge of what lies ahead.
+  // Counterclockwise angle from the first beam to the right edge of the sector ahead.
   const double to_ahead = std::remainder(-ahead - first, turn);
   const double from_first = to_ahead < 0.0 ? to_ahead + turn : to_ahead;
   return from_first <= span || from_first + 2.0 * ahead >= turn;
@@ -150,7 +150,7 @@ std::string explain_time(const LaserScan& scan, const ScanContext& context, cons
   return text(
       "time_increment makes the sweep last %.3g s, longer than the %s %.3g s%s: the car's motion during the "
       "sweep is not undone",
-      sweep_time(scan), known ? "scan period of" : "longest believable", known ? context.period : longest_sweep,
+      sweep_time(scan), known ? "scan period of" : "longest plausible", known ? context.period : longest_sweep,
       known ? "" : " (the scan period is not known)");
 }
 

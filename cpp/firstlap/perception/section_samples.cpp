@@ -8,11 +8,12 @@
 namespace firstlap {
 namespace {
 
-constexpr int most_pieces = 40;           // between two means: a bound on the work
-constexpr std::size_t around_middle = 3;  // points to either side of the nearest one that make up its sample
-constexpr std::size_t path_stride = 2;    // of the previous path every other point is near enough
+constexpr int most_pieces = 40;  // between two means: bounds the work
+constexpr std::size_t around_middle =
+    3;                                  // points to either side of the nearest point that are averaged into its sample
+constexpr std::size_t path_stride = 2;  // every other point of the previous path is close enough
 
-// Mean of the points of one spacing; the bins of a section are what its wall looks like.
+// Mean of the points of one spacing.
 class Bin {
  public:
   void add(const ScanPoint& p) noexcept {
@@ -37,7 +38,7 @@ void push_between(Point2 a, Point2 b, double spacing, std::size_t section, Buffe
   }
 }
 
-// Samples from point `from` to point `to` (in either direction), the first one left out.
+// Samples from point `from` to point `to` (in either direction), without the first one.
 void sample_run(const Buffer<ScanPoint>& points, std::size_t from, std::size_t to, Point2 previous, double spacing,
                 std::size_t section, Buffer<SectionSample>& samples) noexcept {
   const std::ptrdiff_t step = to >= from ? 1 : -1;
@@ -61,7 +62,7 @@ void sample_run(const Buffer<ScanPoint>& points, std::size_t from, std::size_t t
   if (filled) push_between(previous, {points[to].x, points[to].y}, spacing, section, samples);
 }
 
-// Samples outwards from the point nearest to the car, so that a mirrored scan gives mirrored samples.
+// Samples outward from the point nearest to the car, so that a mirrored scan gives mirrored samples.
 void sample_section(const Buffer<ScanPoint>& points, const Section& section, std::size_t index, double spacing,
                     Buffer<SectionSample>& samples) noexcept {
   const std::size_t middle = section.middle;
@@ -76,8 +77,8 @@ void sample_section(const Buffer<ScanPoint>& points, const Section& section, std
   sample_run(points, middle, section.last, start, spacing, index, samples);
 }
 
-// +1 where (x, y) lies left of a path or a trail, -1 right of it, 0 where it is too far away to tell. One in
-// `stride` points is looked at.
+// +1 if (x, y) lies left of a path or trail, -1 if right of it, 0 if farther away than `radius` or at its ends. Uses
+// every `stride`-th point.
 template <class Points>
 int side_of_way(const Points& path, std::size_t stride, double x, double y, double radius) noexcept {
   double best = radius * radius;
@@ -96,8 +97,8 @@ int side_of_way(const Points& path, std::size_t stride, double x, double y, doub
   return cross > 0.0 ? 1 : -1;
 }
 
-// The line of sight past an end of a section, where the next beam beyond it went on for long. It runs along that beam:
-// beams may be missing in between.
+// The line of sight past an end of a section, if the next beam beyond it is much longer. It runs along that beam, since
+// beams in between may be missing.
 Sight sight_past(const ScanPoint& end, const ScanPoint& beyond, const CarGeometry& car,
                  const SegmentationParams& params, double shadow) noexcept {
   if (beyond.range < end.range + params.sight_step) return {};
@@ -137,7 +138,7 @@ void label_from_history(const LocalWalls& before, const Buffer<TrajectoryPoint>&
   WallSearch left(before.left, before.left.size());
   WallSearch right(before.right, before.right.size());
   for (SectionSample& sample : samples) {
-    // Most often the wall is where it was: then the other side need not be asked.
+    // Most samples keep their side; then the other side need not be searched.
     const bool ask_left_first = sample.y > 0.0;
     WallSearch& likely = ask_left_first ? left : right;
     WallSearch& other = ask_left_first ? right : left;

@@ -1,5 +1,4 @@
-// Step 2, between sections and sides: samples of the sections' surfaces, evenly spaced, with the side that they had
-// before.
+// Step 2, between sections and sides: evenly spaced samples of the sections, labeled with their previous side.
 #pragma once
 
 #include <cstdint>
@@ -12,13 +11,13 @@
 
 namespace firstlap {
 
-// A sample of a section's surface: the mean of its points over one spacing.
+// A sample of a section: the mean of its points over one spacing.
 struct SectionSample {
   double x = 0.0;           // [m] base_link
   double y = 0.0;           // [m] base_link
   std::size_t section = 0;  // index of its section
-  int vote = 0;             // +1 it was left before, -1 it was right, 0 not known
-  Sight sight{};            // past the section's end, at its first and last sample
+  int vote = 0;             // previous side: +1 left, -1 right, 0 unknown
+  Sight sight{};            // past the end of the section, at its first and last sample
 
   static constexpr auto columns() {
     using C = SectionSample;
@@ -28,19 +27,19 @@ struct SectionSample {
                  return Point2{s.x, s.y};
                },
                "m", "of the sections, evenly spaced"},
-        Column{"sample_section", &C::section, "", "index of the section of each sample"},
+        Column{"sample_section", &C::section, "", "index of each sample's section"},
         Column{"sample_vote", [](const C& s) { return static_cast<std::int8_t>(s.vote); }, "",
-               "side of each sample before: 1 left, -1 right, 0 not known"},
+               "previous side of each sample: 1 left, -1 right, 0 unknown"},
     };
   }
 };
 
-// Samples of all sections that are not seen through, about `spacing` apart, in scan order.
+// Samples of all sections except those seen through gaps, about `spacing` [m] apart, in scan order.
 void sample_sections(const Buffer<ScanPoint>& points, const Buffer<Section>& sections, const CarGeometry& car,
                      double spacing, const SegmentationParams& params, Buffer<SectionSample>& samples) noexcept;
 
-// Gives each sample the side that it had in the past: that of a wall sample seen there before, or of
-// the side of the previous path or of the car's trail on which it lies. All are in today's base_link.
+// Labels each sample with its previous side: that of an earlier wall sample nearby, else its side of the previous path
+// or of the car's trail. All inputs are in the current base_link.
 void label_from_history(const LocalWalls& before, const Buffer<TrajectoryPoint>& path, const Buffer<TrailPoint>& trail,
                         const SegmentationParams& params, Buffer<SectionSample>& samples) noexcept;
 

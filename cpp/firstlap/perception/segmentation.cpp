@@ -11,14 +11,14 @@ namespace {
 
 double distance(const ScanPoint& a, const ScanPoint& b) noexcept { return norm(a.x - b.x, a.y - b.y); }
 
-// Borges and Aldon (2004) with the smaller range, after Dietmayer: the distance, per meter of range, that
-// a wall met at the smallest allowed incidence would show between two beams `angle` apart.
+// Borges and Aldon (2004) with the smaller range, after Dietmayer: distance between two returns `angle` apart, per
+// meter of range, on a wall at the smallest allowed angle of incidence.
 double breakpoint_ratio(double angle, double break_angle) noexcept {
   const double incidence = std::max(break_angle, 2.0 * angle);
   return std::sin(angle) / std::sin(incidence - angle);
 }
 
-// How far apart two returns of one wall may be.
+// Maximum distance between neighboring returns of one wall.
 class BreakLimit {
  public:
   BreakLimit(double angle_step, double beam_step, double passable, const SegmentationParams& params) noexcept
@@ -28,11 +28,11 @@ class BreakLimit {
         beam_step_(beam_step),
         passable_(passable) {}
 
-  // Never less than this, wherever the wall runs.
+  // Lower bound of the limit, which does not depend on the wall's direction.
   [[nodiscard]] double floor(double range, double beams) const noexcept {
     return std::max(params_.break_min, 2.0 * range * (beams * angle_step_));
   }
-  // `mean` [m] is the weighted mean of the distances before.
+  // `mean` [m] is the weighted mean of the previous distances.
   [[nodiscard]] double limit(const ScanPoint& a, const ScanPoint& b, double beams, double mean) const noexcept {
     const double range = std::min(a.range, b.range);
     const double lowest = floor(range, beams);
@@ -40,8 +40,8 @@ class BreakLimit {
         beams == 1.0 ? ratio_of_neighbours_ : breakpoint_ratio(beams * angle_step_, params_.break_angle);
     const double adaptive = range * ratio + 3.0 * params_.range_sigma;
     const double trend = params_.mean_factor * mean * beams;
-    // In a thinned scan the missing beams count, as far as they are missing everywhere; but what may be a way
-    // through is a break.
+    // In a thinned scan the limit grows with the number of missing beams, up to the scan's typical step; but a passable
+    // gap is always a break.
     const double highest = std::min(params_.break_max * std::min(beams, beam_step_), passable_);
     return std::clamp(std::max(adaptive, trend), lowest, std::max(lowest, highest));
   }
@@ -51,7 +51,7 @@ class BreakLimit {
   double angle_step_;
   double ratio_of_neighbours_;
   double beam_step_;
-  double passable_;  // [m] the narrowest gap that is a way through
+  double passable_;  // [m] minimum width of a passable gap
 };
 
 void break_into_sections(const Buffer<ScanPoint>& points, double angle_step, double beam_step, double passable,
@@ -67,7 +67,7 @@ void break_into_sections(const Buffer<ScanPoint>& points, double angle_step, dou
     const int gap = b.beam - a.beam;
     const auto beams = static_cast<double>(gap);
     const double d = distance(a, b);
-    // Most neighbors are so near that the limit need not be known.
+    // Most neighbors are so close that the full limit need not be computed.
     const bool is_near = d <= limit.floor(std::min(a.range, b.range), beams);
     if (gap <= gap_limit && (is_near || d <= limit.limit(a, b, beams, mean))) {
       mean += gain * ((gap == 1 ? d : d / beams) - mean);
@@ -109,7 +109,7 @@ void eliminate(const SegmentationParams& params, double beam_step, Section& sect
   if (section.nearest > params.max_nearest) section.status = SectionStatus::too_far;
 }
 
-// Whether all sections between i and k lie beyond the gap from the end of i to the start of k.
+// Whether all sections between i and k lie behind the gap from the end of i to the start of k.
 bool lie_behind_gap(const Buffer<ScanPoint>& points, const Buffer<Section>& sections, std::size_t i,
                     std::size_t k) noexcept {
   const double gap_range = std::min(points[sections[i].last].range, points[sections[k].first].range);
@@ -118,9 +118,9 @@ bool lie_behind_gap(const Buffer<ScanPoint>& points, const Buffer<Section>& sect
   return true;
 }
 
-// Pipes leave gaps at their joints, and one sees through them and over low walls. Where the gap between
-// two sections is too narrow to drive through, what shows between them is not track. A piece of pipe may
-// itself be too small to count; next to a piece that does, it is wall.
+// Pipes have gaps at their joints, through which the LiDAR sees what is behind; it also sees over low walls. If the gap
+// between two sections is too narrow to drive through, sections visible in it are not part of the track. A piece of
+// pipe may be too small to be kept, but counts as wall next to a kept one.
 void drop_seen_through(const Buffer<ScanPoint>& points, double gap, std::size_t reach,
                        Buffer<Section>& sections) noexcept {
   if (reach == 0) return;
@@ -149,7 +149,7 @@ double median_beam_step(const Buffer<ScanPoint>& points) noexcept {
   if (points.size() < 2) return 1.0;
   const std::size_t steps = points.size() - 1;
   const auto beams = static_cast<std::size_t>(points.back().beam - points.front().beam);
-  if (2 * (beams - steps) <= steps) return 1.0;  // so few are lost that most returns are neighbors
+  if (2 * (beams - steps) <= steps) return 1.0;  // so few beams are lost that most returns are neighbors
 
   std::array<std::size_t, bins> count{};
   for (std::size_t j = 0; j < steps; ++j)

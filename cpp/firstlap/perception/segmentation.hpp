@@ -1,5 +1,5 @@
-// Step 2: the point cloud into sections of wall: break, merge, eliminate, drop what is seen through gaps.
-// sides.hpp then tells which sections are the left wall and which the right one.
+// Step 2: segments the point cloud into wall sections: break, merge, eliminate, drop what is seen through gaps.
+// sides.hpp then assigns the sections to the left and right wall.
 #pragma once
 
 #include <cstdint>
@@ -19,8 +19,8 @@ enum class SectionStatus : std::uint8_t { kept, too_small, too_far, seen_through
 struct Section {
   std::size_t first = 0;
   std::size_t last = 0;
-  std::size_t middle = 0;  // the point that is nearest to the laser
-  double nearest = 0.0;    // [m] its range
+  std::size_t middle = 0;  // index of the point nearest to the LiDAR
+  double nearest = 0.0;    // [m] range of that point
   double length = 0.0;
   SectionStatus status = SectionStatus::kept;
 
@@ -30,21 +30,21 @@ struct Section {
         Column{"first", &C::first, "", "index of its first point"},
         Column{"last", &C::last, "", "index of its last point"},
         Column{"nearest", &C::nearest, "m", "range of its nearest point"},
-        Column{"length", &C::length, "m", "from the first point to the last"},
+        Column{"length", &C::length, "m", "chord from the first to the last point"},
         Column{"status", &C::status, "", "0 kept, 1 too small, 2 too far, 3 seen through a gap"},
     };
   }
 };
 
-// How dense this scan is: beams from one valid return to the next, in the median (1 for a whole scan).
+// Density of the scan: median number of beams from one valid return to the next (1 if no beams are lost).
 double median_beam_step(const Buffer<ScanPoint>& points) noexcept;
 
-// Breaks the points into sections and gives each its status. `angle_step` [rad] between beams,
-// `width` [m] the remembered track width, which tells a gap from a way through.
+// Breaks the points into sections and sets their status. `angle_step` [rad] is the angle between beams. `width` [m] is
+// the remembered track width, which sets the width of a passable gap.
 void segment(const Buffer<ScanPoint>& points, double angle_step, double width, const SegmentationParams& params,
              Buffer<Section>& sections) noexcept;
 
-// The narrowest gap that is a way through [m].
+// Minimum width [m] of a passable gap.
 double passable_gap(double width, const SegmentationParams& params) noexcept;
 
 }  // namespace firstlap

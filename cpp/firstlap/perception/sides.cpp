@@ -14,7 +14,7 @@ std::size_t first_kept(const Buffer<Section>& sections) noexcept {
   return i;
 }
 
-// Unit vector along the last stretch of a section, toward its point `end`.
+// Direction of a section at its point `end`, over the length `stretch` [m], as a unit vector out of the section.
 Point2 direction_at(const ScanPoint* end, const ScanPoint* stop, std::ptrdiff_t inwards, double stretch) noexcept {
   const ScanPoint* inner = end;
   double d = 0.0;
@@ -25,8 +25,8 @@ Point2 direction_at(const ScanPoint* end, const ScanPoint* stop, std::ptrdiff_t 
   return d > 1e-6 ? Point2{(end->x - inner->x) / d, (end->y - inner->y) / d} : Point2{};
 }
 
-// Whether the gap between two sections is a hole in one wall: its edges point at each other and nothing is seen beyond.
-// The way on leads between two walls, never through one.
+// Whether the gap between two sections is a hole in one wall: its edges point at each other and nothing is visible
+// beyond. The track continues between two walls, never through one.
 bool is_hole(const ScanPoint& from, const ScanPoint& to, Point2 out_of_from, Point2 out_of_to,
              double in_line) noexcept {
   const double d = norm(to.x - from.x, to.y - from.y);
@@ -54,7 +54,7 @@ void insert_candidate(SplitCandidate candidate, std::size_t most, Candidates& be
   best.items[at] = candidate;
 }
 
-// Mean direction over the last stretch of wall before its end, pointing out of sight.
+// Mean direction of the wall before its visible end, as a unit vector into the occluded area.
 Point2 outward_at(const Buffer<SectionSample>& samples, std::size_t end, std::size_t inner) noexcept {
   const double dx = samples[end].x - samples[inner].x;
   const double dy = samples[end].y - samples[inner].y;
@@ -65,10 +65,10 @@ Point2 outward_at(const Buffer<SectionSample>& samples, std::size_t end, std::si
 struct SampleRange {
   std::size_t first = 0;
   std::size_t last = 0;  // inclusive
-  double nearest = 0.0;  // [m] from the laser
+  double nearest = 0.0;  // [m] from the LiDAR
 };
 
-// The ranges of one side in scan order, with their worth as an anchor.
+// The sample ranges of one side in scan order, with their weights as anchor.
 class SideRanges {
  public:
   void push(SampleRange range, double weight) noexcept {
@@ -110,16 +110,15 @@ void push_bridge(const Buffer<SectionSample>& samples, const SampleRange& a, con
   }
 }
 
-// How the ranges of one side hang together.
+// Parameters for joining the ranges of one side.
 struct Chain {
   double spacing;           // [m] of the samples that bridge a gap
   double bridge;            // [m] narrower gaps are bridged
-  double gap;               // [m] wider ones end the side
-  std::size_t end_samples;  // over which the direction at a visible end is taken
+  double gap;               // [m] wider gaps end the side
+  std::size_t end_samples;  // over which the direction at a visible end is measured
 };
 
-// The ranges of one side, in scan order, as far as they hang together with its best anchor. What is near
-// the car always counts.
+// The ranges of one side, in scan order, that are connected to the anchor. Ranges near the car are always included.
 void build_side(const Buffer<SectionSample>& samples, std::span<const SampleRange> ranges,
                 std::span<const double> weight, const Chain& chain, WallSide& side) noexcept {
   side.clear();
@@ -144,7 +143,7 @@ void build_side(const Buffer<SectionSample>& samples, std::span<const SampleRang
   }
 }
 
-// Where the two walls next to the split are complete, the way on leads between their ends.
+// If both walls next to the split are completely visible, the track continues between their ends.
 void mark_way_on(const Buffer<Section>& sections, const Buffer<SectionSample>& samples, std::size_t split,
                  LocalWalls& walls) noexcept {
   const SectionSample* last_right = nullptr;
@@ -178,7 +177,7 @@ Candidates rank_splits(const Buffer<ScanPoint>& points, const Buffer<Section>& s
   if (first == n) return best;
 
   double votes = 0.0;
-  double wrong = 0.0;  // votes against the split at hand; at the first split everything is left
+  double wrong = 0.0;  // labels that contradict the current split; at the first split all sections are left
   for (const SectionSample& sample : samples) {
     votes += std::abs(sample.vote);
     wrong += sample.vote < 0 ? 1.0 : 0.0;
@@ -202,7 +201,7 @@ Candidates rank_splits(const Buffer<ScanPoint>& points, const Buffer<Section>& s
       const ScanPoint& b = points[sections[i].first];
       const double gap = norm(b.x - a.x, b.y - a.y);
       const bool passable = gap >= gap_needed;
-      // The way on is about as wide as the track has been.
+      // The track ahead is about as wide as before.
       const double fit = std::min(1.0, gap / (params.fit_share * width));
       const double depth = std::max(a.range, b.range) * fit;
       if (passable) consider(i, is_hole(points, *before, sections[i], params) ? params.hole_score * depth : depth);
@@ -213,9 +212,9 @@ Candidates rank_splits(const Buffer<ScanPoint>& points, const Buffer<Section>& s
   if (before == nullptr) return best;
   const ScanPoint& end = points[before->last];
   if (end.y < 0.0 || votes > 0.0) consider(n, params.one_sided_score * end.range);
-  // A single wall that runs from one side round to the other is that of the side where it begins.
+  // A single wall that surrounds the car belongs to the side where it starts.
   if (best.count == 0) consider(n, params.one_sided_score * end.range);
-  // One wall that is beside the car on both sides, and was both sides before, is a dead end.
+  // A single wall on both sides of the car, which was on both sides before, is a dead end.
   const bool around = start.y < 0.0 && end.y > 0.0 && start.x < car.laser_x && end.x < car.laser_x;
   const double left_before = votes - right_before;
   if (params.both_share < 1.0 && around && before == &sections[first] &&
@@ -238,7 +237,7 @@ void split_into_sides(const Buffer<Section>& sections, const Buffer<SectionSampl
       votes += samples[++range.last].vote;
     const Section& section = sections[index];
     const bool small = section.status != SectionStatus::kept;
-    // A small section decides nothing, but it keeps the side that it had.
+    // A small section has no influence on the split, but keeps its previous side.
     i = range.last + 1;
     const bool is_right = small && votes != 0 ? votes < 0 : index < split.at;
     (is_right ? right : left).push(range, small ? 0.0 : section.length / std::max(0.1, section.nearest));

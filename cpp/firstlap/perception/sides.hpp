@@ -1,6 +1,6 @@
-// Step 2, continued: which sections are the right wall and which the left. In scan order the right wall
-// comes first and the left wall last; between them lies the way on. So one number tells all: the
-// split, the first section that is left.
+// Step 2, continued: assigns sections to the right and left wall. In scan order the right wall comes first and the left
+// wall last; the track continues between them. The assignment is therefore a single number: the split, the index of the
+// first left section.
 #pragma once
 
 #include <array>
@@ -38,15 +38,16 @@ struct Candidates {
   [[nodiscard]] auto end() const noexcept { return items.begin() + static_cast<std::ptrdiff_t>(count); }
 };
 
-// The best splits by depth of the gap and agreement with the past.
+// The best splits, ranked by the depth of the gap and the agreement with previous labels. `width` [m] is the remembered
+// track width.
 Candidates rank_splits(const Buffer<ScanPoint>& points, const Buffer<Section>& sections,
                        const Buffer<SectionSample>& samples, double width, const CarGeometry& car,
                        const SegmentationParams& params) noexcept;
 
-// What tells the sides apart.
+// Input of split_into_sides.
 struct Split {
   std::size_t at = 0;    // sections before it are right, from it on left
-  double width = 0.0;    // [m] remembered track width: narrower gaps that are no way through are bridged
+  double width = 0.0;    // [m] remembered track width: gaps that are not passable are bridged
   double spacing = 0.0;  // [m] of wall samples
 };
 

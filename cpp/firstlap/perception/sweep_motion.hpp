@@ -1,4 +1,4 @@
-// How base_link moves during the sweep of a scan.
+// Motion of base_link during the sweep of a scan, for deskewing.
 #pragma once
 
 #include "firstlap/common/types.hpp"
@@ -7,14 +7,14 @@ namespace firstlap {
 
 class SweepMotion {
  public:
-  // The car moves with `state` during the sweep.
+  // `state`: constant during the sweep.
   SweepMotion(const LaserScan& scan, const VehicleState& state) noexcept
       : beam_time_(scan.time_increment), speed_(state.speed), yaw_rate_(state.yaw_rate) {}
 
-  // Whether all beams belong to one moment, and nothing has to be undone.
+  // Whether all beams are measured at the same time, so that no deskewing is needed.
   [[nodiscard]] bool none() const noexcept { return beam_time_ == 0.0; }
 
-  // What was measured so many beams before the end of the sweep, seen from where base_link is at its end [m].
+  // A point [m] measured `beams_before` beams before the end of the sweep, transformed into base_link at its end.
   [[nodiscard]] Point2 at_end(Point2 p, int beams_before) const noexcept {
     const double before = static_cast<double>(beams_before) * beam_time_;
     const double yaw = -yaw_rate_ * before;

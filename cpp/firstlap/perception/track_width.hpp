@@ -1,5 +1,5 @@
-// Step 3: the track width, point by point where both walls are seen, averaged over a window, and
-// remembered where one of them is not.
+// Step 3: the track width. It is measured where both walls are visible, averaged over a window, and remembered where
+// only one wall is visible.
 #pragma once
 
 #include <array>
@@ -11,18 +11,18 @@ namespace firstlap {
 
 inline constexpr int max_width_window = 25;
 
-// The width along one line, from the car outwards.
+// The width along one centerline, from the car outward.
 class LocalWidth {
  public:
   LocalWidth(double remembered, const TrackWidthParams& params) noexcept
       : remembered_(remembered), window_(params.width_window), blend_(params.width_blend) {}
 
-  // A pair of walls was met `width` [m] apart.
+  // Adds a pair of walls `width` [m] apart.
   void observe(double width) noexcept;
-  // The line went on by `distance` [m] without a pair.
+  // Advances by `distance` [m] without a pair of walls.
   void miss(double distance) noexcept { since_pair_ += distance; }
 
-  // Moving average of the last pairs, fading to the remembered width with the way since the last one.
+  // Moving average [m] of the last pairs, blending into the remembered width with the distance since the last pair.
   [[nodiscard]] double value() const noexcept;
 
  private:
@@ -35,8 +35,8 @@ class LocalWidth {
   double blend_;
 };
 
-// The remembered width after a scan whose pairs were `widths` [m] (reordered): `gain` of their median goes
-// in. Fewer pairs than `width_pairs` are not trusted.
+// The remembered width [m] after a scan with the pair widths `widths` [m] (reordered): a low-pass filter of their
+// median with gain `gain`. Unchanged if there are fewer than `width_pairs`.
 double remember_width(double remembered, std::span<double> widths, double gain,
                       const TrackWidthParams& params) noexcept;
 

@@ -8,9 +8,9 @@
 namespace firstlap {
 namespace {
 
-// True where nothing that this scan measured speaks about (x, y) in the laser's frame.
+// Whether (x, y) in the LiDAR's frame is occluded in this scan.
 bool is_hidden(double x, double y, const BeamTable& table, const Buffer<float>& ranges) noexcept {
-  constexpr double clear = 0.2;  // [m] a wall this much nearer hides what is behind
+  constexpr double clear = 0.2;  // [m] a wall closer by this occludes what is behind it
   const double position = (std::atan2(y, x) - table.angle_first()) / table.angle_step();
   if (position < 0.0 || position > static_cast<double>(ranges.size()) - 1.0) return true;
   const auto beam = static_cast<std::size_t>(position);
@@ -21,7 +21,8 @@ bool is_hidden(double x, double y, const BeamTable& table, const Buffer<float>& 
   return seen == 0.0F || static_cast<double>(seen) < norm(x, y) - clear;
 }
 
-// Marks sample `end` as a visible end, the wall coming from `inner`, unless the wall of this scan goes on there.
+// Marks sample `end` as a visible end of the wall that comes from `inner`, unless the wall continues there in this
+// scan.
 void mark_end(std::size_t end, std::size_t inner, WallSearch& seen, WallSide& side) noexcept {
   constexpr double joined = 0.5;  // [m]
   const Point2 e = side.at(end);
@@ -31,20 +32,20 @@ void mark_end(std::size_t end, std::size_t inner, WallSearch& seen, WallSide& si
   if (length > 1e-6) side.outward[end] = {(e.x - from.x) / length, (e.y - from.y) / length};
 }
 
-// Along the right wall the scan runs from behind the car forwards, so what went out of sight before comes
-// first; along the left wall it is the other way round.
+// Scans run from behind the car forward along the right wall, so its older samples come first; along the left wall they
+// come last.
 void recall_side(const WallSide& before, const BeamTable& table, const Buffer<float>& ranges, const CarGeometry& car,
                  double memory_time, bool oldest_first, WallSide& side) noexcept {
-  constexpr double reach = 3.0;    // [m] what is further behind serves nobody
-  constexpr double one_run = 0.5;  // [m] samples this near to each other are one wall
-  constexpr double same = 0.3;     // [m] nearer to a wall that is seen, it is no news
+  constexpr double reach = 3.0;    // [m] samples farther behind are dropped
+  constexpr double one_run = 0.5;  // [m] samples within this distance belong to one wall
+  constexpr double same = 0.3;     // [m] samples this close to a wall in this scan are redundant
   side.seen = side.size();
   const std::size_t first = oldest_first ? before.seen : 0;
-  std::size_t run = side.seen;  // first sample of the run at hand
+  std::size_t run = side.seen;  // first sample of the current run
   WallSearch seen(side, side.seen);
   const auto close_run = [&] {
     if (side.size() == run) return;
-    if (side.size() == run + 1) side.outward[run] = {1.0, 0.0};  // one sample tells nothing of what is ahead
+    if (side.size() == run + 1) side.outward[run] = {1.0, 0.0};  // a single sample does not tell how the wall continues
     if (side.size() < run + 2) return;
     const std::size_t last = side.size() - 1;
     mark_end(run, std::min(last, run + 2), seen, side);

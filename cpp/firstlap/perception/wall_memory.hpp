@@ -1,4 +1,4 @@
-// Walls that have just gone out of sight: behind the car, past the field of view, or hidden by an apex.
+// Walls that have just become occluded: behind the car, outside the field of view, or hidden by an apex.
 #pragma once
 
 #include <span>
@@ -10,11 +10,11 @@
 
 namespace firstlap {
 
-// Range of every beam used, 0 where nothing came back.
+// Range [m] of every used beam, 0 without a return.
 void ranges_by_beam(const Buffer<ScanPoint>& points, std::size_t beams, Buffer<float>& ranges) noexcept;
 
-// Appends to `walls` those samples of `before` (already in today's base_link) that this scan could not
-// have seen. What the scan sees itself, or sees through, is forgotten.
+// Appends to `walls` the samples of `before` (already in the current base_link) that are occluded in this scan. Samples
+// that the scan could have measured, or sees through, are dropped. `memory_time` [s] limits their age.
 void carry_over_occluded(const LocalWalls& before, const BeamTable& table, const Buffer<float>& ranges,
                          const CarGeometry& car, double memory_time, LocalWalls& walls) noexcept;
 

@@ -10,41 +10,41 @@
 namespace firstlap {
 namespace {
 
-// The numerics of following a zero set, in which both distances are equal.
+// Numerics of tracing a zero set on which both distances are equal.
 constexpr int newton_steps = 8;
-constexpr double newton_reach = 0.5;   // [m] of one of them
-constexpr double found = 0.2;          // [m] difference of the distances with which a line begins
+constexpr double newton_reach = 0.5;   // [m] maximum Newton step
+constexpr double found = 0.2;          // [m] maximum difference of the distances at the first point
 constexpr double on_line = 0.01;       // [m] difference that needs no correction
-constexpr double share_of_step = 0.7;  // of the spacing, one correction at most
+constexpr double share_of_step = 0.7;  // maximum correction as a share of the spacing
 constexpr double flat = 0.2;           // slope of the difference, 2 between two walls, below which no step is taken
-constexpr double pocket = 0.3;         // slope below which the heading stays: both walls pull the same way
+constexpr double pocket = 0.3;         // slope below which the heading is kept: both walls are in the same direction
 
-// One look at the walls from a point.
+// The walls as seen from one point.
 struct Look {
-  double right = 0.0;  // [m] distance that counts, seen or estimated
+  double right = 0.0;  // [m] measured or estimated distance
   double left = 0.0;
   Support support = Support::none;
   Point2 right_sample;
   Point2 left_sample;
   double gx = 0.0;  // gradient of (right - left): toward the left wall
   double gy = 0.0;
-  double room = 0.0;      // [m] to the nearer of the walls that are seen
-  bool wide = false;      // as of CenterlinePoint
-  bool in_sight = false;  // between the lines of sight past two visible ends: nothing stands there
+  double room = 0.0;      // [m] to the nearer visible wall
+  bool wide = false;      // see CenterlinePoint
+  bool in_sight = false;  // in free space between the lines of sight past two visible ends
 
   [[nodiscard]] double imbalance() const noexcept { return right - left; }
   [[nodiscard]] double slope() const noexcept { return norm(gx, gy); }
 };
 
 struct SideLook {
-  double distance = 0.0;  // [m]; 0: there is no wall
+  double distance = 0.0;  // [m]; 0: no wall
   bool representative = false;
   Point2 sample;   // nearest point of the wall
-  Point2 outward;  // the way that the wall goes on out of sight, where its end is nearest
+  Point2 outward;  // at a visible end, direction of the wall into the occluded area
   Sight sight;     // past that end
 };
 
-// Nearest point to (x, y) on the straight between two neighboring samples.
+// Nearest point to (x, y) on the segment between two neighboring samples.
 Point2 nearest_between(Point2 a, Point2 b, double x, double y) noexcept {
   const double dx = b.x - a.x;
   const double dy = b.y - a.y;
@@ -54,7 +54,7 @@ Point2 nearest_between(Point2 a, Point2 b, double x, double y) noexcept {
   return {a.x + t * dx, a.y + t * dy};
 }
 
-// A side stands for the wall where its nearest sample is not a visible end that the point has passed.
+// A wall supports a point unless its nearest sample is a visible end that the point has passed.
 SideLook look_at(const WallSide& side, const CenterlineParams& params, double x, double y) noexcept {
   SideLook look;
   if (side.size() == 0) return look;
@@ -79,8 +79,8 @@ SideLook look_at(const WallSide& side, const CenterlineParams& params, double x,
   return look;
 }
 
-// Past the end of a wall the line of sight bounds what is hidden: the wall goes on somewhere behind it. The point
-// of that shadow nearest to (x, y).
+// Past the end of a wall the line of sight bounds the occluded area, in which the wall continues. Returns the point of
+// that area nearest to (x, y).
 Point2 nearest_in_shadow(const SideLook& hidden, double x, double y) noexcept {
   const double sx = static_cast<double>(hidden.sight.x);
   const double sy = static_cast<double>(hidden.sight.y);
@@ -92,18 +92,19 @@ Point2 nearest_in_shadow(const SideLook& hidden, double x, double y) noexcept {
   return {hidden.sample.x + along * sx, hidden.sample.y + along * sy};
 }
 
-// Whether the line of sight past the visible end that is nearest passes (x, y) by.
+// Whether (x, y) lies in free space, outside the occluded area behind the nearest visible end.
 bool lies_in_sight(const SideLook& side, double x, double y) noexcept {
   if (side.sight.shadow == 0.0F) return false;
   const Point2 shadow = nearest_in_shadow(side, x, y);
   return norm(x - shadow.x, y - shadow.y) > 0.0;
 }
 
-// What lies out of sight is as far away as the width says, and not further than its visible end. Round an apex the
-// track is wider than along it: the hidden wall is not nearer than the line of sight past its end either, so that the
-// line goes round the apex, not along the outer wall. That holds where the way on leads past this end, or where the
-// other wall bends across it; elsewhere a piece of wall may be missing, and the width counts. Moves `hidden.sample` to
-// what it stands on; false where it is the width.
+// Estimates the distance of an occluded wall: the track width minus the distance of the visible wall, but at most the
+// distance of its visible end. At an apex the track is wider than along it: the occluded wall is not closer than the
+// line of sight past its end either, so that the centerline goes around the apex, not along the outer wall. This holds
+// if the track continues past this end or if the other wall curves across it; elsewhere a piece of wall may be missing,
+// and the track width is used. Moves `hidden.sample` to the point that gives the distance; returns false if the track
+// width gives it.
 bool estimate(SideLook& hidden, const SideLook& seen, double x, double y, double width,
               const TrackWidthParams& params) noexcept {
   const double end_distance = hidden.distance;
@@ -159,7 +160,7 @@ Look look_around(const LocalWalls& walls, double x, double y, double width, cons
   look.room = std::min(use_right || !use_left ? right.distance : none, use_left || !use_right ? left.distance : none);
   const double inverse_right = use_right && right.distance > 1e-6 ? 1.0 / right.distance : 0.0;
   const double inverse_left = use_left && left.distance > 1e-6 ? 1.0 / left.distance : 0.0;
-  // An estimated side moves against the seen one: its half of the gradient is the same again.
+  // The estimated side moves with the visible one, so the visible side's part of the gradient counts twice.
   const double weight_right = use_left ? 1.0 : 2.0;
   const double weight_left = use_right ? 1.0 : 2.0;
   look.gx = weight_right * (x - right.sample.x) * inverse_right - weight_left * (x - left.sample.x) * inverse_left;
@@ -167,7 +168,7 @@ Look look_around(const LocalWalls& walls, double x, double y, double width, cons
   return look;
 }
 
-// Around some points, so that most others need not be compared with each of them.
+// Bounding box of points, to skip most comparisons.
 class Box {
  public:
   void add(double x, double y) noexcept {
@@ -203,7 +204,7 @@ class Tracer {
     for (const TrailPoint& p : trail) trail_box_.add(p.x, p.y);
   }
 
-  // The point of the line nearest to (x, y); false where there is none within reach.
+  // Projects (x, y) onto the centerline by Newton steps; false if that fails.
   bool project(double& x, double& y, Look& look) const noexcept {
     for (int i = 0; i < newton_steps; ++i) {
       look = look_around(walls_, x, y, width_, width_params_, params_);
@@ -214,20 +215,20 @@ class Tracer {
     return look.support != Support::none && std::abs(look.imbalance()) < found;
   }
 
-  // Follows the line from (x, y) for `length` meters, forwards (+1) or backwards (-1).
+  // Traces the centerline from (x, y) over `length` [m], forward (+1) or backward (-1).
   LineEnd follow(double x, double y, Look look, double direction, double length,
                  Buffer<CenterlinePoint>& out) const noexcept {
     LocalWidth width(width_, width_params_);
     double hx = direction * look.gy / look.slope();
     double hy = -direction * look.gx / look.slope();
-    double unsupported = 0.0;  // [m] since the last point that a wall stands for
-    double furthest = 0.0;     // [m] that this may become
+    double unsupported = 0.0;  // [m] since the last point supported by a wall
+    double furthest = 0.0;     // [m] maximum of `unsupported`
     for (double s = 0.0; s <= length; s += params_.spacing) {
       if (s > 0.0) {
         x += params_.spacing * hx;
         y += params_.spacing * hy;
         look = look_around(walls_, x, y, width.value(), width_params_, params_);
-        // Between two visible ends, as where the track widens on both sides, it goes straight on.
+        // Between two visible ends, as where the track widens on both sides, the line goes straight on.
         if (look.support != Support::none) {
           if (std::abs(look.imbalance()) > on_line) {
             correct(look, x, y, share_of_step * params_.spacing);
@@ -264,8 +265,8 @@ class Tracer {
     return true;
   }
 
-  // Turns the heading along the line, at most `turn_step` a point; where both walls pull the same way (a
-  // dead end, a pocket) it stays.
+  // Turns the heading along the line, by at most `turn_step` per point. If both walls are in the same direction (a dead
+  // end, a pocket), the heading is kept.
   void turn(const Look& look, double direction, double& hx, double& hy) const noexcept {
     const double slope = look.slope();
     if (slope < pocket) return;
@@ -282,7 +283,7 @@ class Tracer {
 
   [[nodiscard]] bool is_near(double dx, double dy) const noexcept { return dx * dx + dy * dy < near_ * near_; }
 
-  // A line round the end of a wall may come back to where it began.
+  // A line around the end of a wall may return to its start.
   [[nodiscard]] bool meets_itself(const Buffer<CenterlinePoint>& line, double x, double y) const noexcept {
     for (std::size_t i = 0; i + latest_ < line.size(); i += 2)
       if (is_near(x - line[i].x, y - line[i].y)) return true;
@@ -302,12 +303,12 @@ class Tracer {
   const CenterlineParams& params_;
   double width_;
   double half_car_;
-  std::size_t latest_;  // points over `loop_length`
-  double near_;         // [m] nearer than this, lines are the same way
+  std::size_t latest_;  // points per `loop_length`
+  double near_;         // [m] maximum distance at which lines meet
   Box trail_box_;
 };
 
-// True where the straight way from a to b meets a wall: what lies behind it is not this track.
+// Whether the straight segment from a to b crosses a wall: the track does not continue behind it.
 bool meets_wall(const LocalWalls& walls, Point2 a, Point2 b, const CenterlineParams& params) noexcept {
   const double length = norm(b.x - a.x, b.y - a.y);
   const int pieces = static_cast<int>(2.0 * length / params.spacing);
@@ -322,7 +323,7 @@ bool meets_wall(const LocalWalls& walls, Point2 a, Point2 b, const CenterlinePar
   return false;
 }
 
-// A line ends with the last point that a wall stands for.
+// Removes the points after the last one that is supported by a wall.
 void end_at_last_wall(Buffer<CenterlinePoint>& points) noexcept {
   while (!points.empty() && points.back().support == Support::none) points.shrink(points.size() - 1);
 }
@@ -344,7 +345,7 @@ void trace_centerline(const LocalWalls& walls, const Buffer<TrailPoint>& trail, 
   line.end = LineEnd::none;
   const Tracer tracer(walls, trail, width, car, width_params, params);
 
-  // The walls beside the car may be out of sight: begin as near to the front axle as the line is known.
+  // The walls beside the car may be occluded: start as close to the front axle as possible.
   const double step = params.seed_step;
   const int tries = static_cast<int>(params.seed_reach / step) + 2;
   for (int i = 0; i < tries; ++i) {

@@ -1,7 +1,7 @@
-// Step 4: the centerline. The more representative side is moved by half the local width; where both
-// sides are seen, that is the line equally far from both. It is traced from the car, forwards and a
-// little backwards, as the zero set of (distance to the right wall - distance to the left wall), so that
-// every point keeps its distance to the whole wall and no corner can fold it (docs/adr/).
+// Step 4: the centerline: the side that represents the track, offset by half the local width; where both walls are
+// visible, the line equally far from both. It is traced from the car, forward and a little backward, as the zero set of
+// (distance to the right wall - distance to the left wall). Every point therefore keeps its distance to the whole wall,
+// and no corner can fold the line (docs/adr/).
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@ namespace firstlap {
 
 inline constexpr std::size_t max_line_points = 512;
 
-// What a centerline point stands on.
+// Walls that support a centerline point.
 enum class Support : std::uint8_t { none, right, left, both };
 
 struct CenterlinePoint {
@@ -28,7 +28,7 @@ struct CenterlinePoint {
   Support support = Support::none;
   Point2 right;
   Point2 left;
-  bool wide = false;  // both walls stand here, further apart than the track can be: the nearer one counts
+  bool wide = false;  // both walls are there, but farther apart than the track can be: the nearer one counts
 
   static constexpr auto columns() {
     using C = CenterlinePoint;
@@ -38,15 +38,15 @@ struct CenterlinePoint {
                  return Point2{p.x, p.y};
                },
                "m", "from behind the car to the horizon"},
-        Column{"width", &C::width, "m", "measured where both sides support it, else estimated"},
-        Column{"support", &C::support, "", "what each point stands on: 0 none, 1 right, 2 left, 3 both"},
+        Column{"width", &C::width, "m", "measured if both walls support the point, else estimated"},
+        Column{"support", &C::support, "", "walls that support each point: 0 none, 1 right, 2 left, 3 both"},
         Column{"right", &C::right, "m", "nearest sample of the right wall"},
         Column{"left", &C::left, "m", "nearest sample of the left wall"},
     };
   }
 };
 
-// Why a line ends where it does.
+// Reason for the end of a centerline.
 enum class LineEnd : std::uint8_t { none, length, unseen, narrow, turns_back };
 
 struct Centerline {
@@ -60,14 +60,15 @@ struct Centerline {
     using C = Centerline;
     return std::tuple{
         Part{&C::points},
-        Column{"nearest", &C::nearest, "", "index of the point next to the front axle"},
-        Column{"ahead", &C::ahead, "m", "of line ahead of the front axle"},
-        Column{"end", &C::end, "", "why the line ends: 0 none, 1 length, 2 unseen, 3 narrow, 4 turns back"},
+        Column{"nearest", &C::nearest, "", "index of the point nearest to the front axle"},
+        Column{"ahead", &C::ahead, "m", "length ahead of the front axle"},
+        Column{"end", &C::end, "", "reason for its end: 0 none, 1 length, 2 end of view, 3 too narrow, 4 turns back"},
     };
   }
 };
 
-// Traces the line between `walls`. `width` [m] is the remembered one. Fewer than four points: no line.
+// Traces the centerline between `walls`. `width` [m] is the remembered track width. Fewer than four points are no
+// usable centerline.
 void trace_centerline(const LocalWalls& walls, const Buffer<TrailPoint>& trail, double width, const CarGeometry& car,
                       const TrackWidthParams& width_params, const CenterlineParams& params, Centerline& line) noexcept;
 

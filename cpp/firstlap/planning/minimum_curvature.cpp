@@ -9,19 +9,19 @@
 namespace firstlap {
 namespace {
 
-constexpr double apart = 0.45;     // [m] between the points that tell the line's curvature
-constexpr double passed = 1.0;     // [m] a tight bend so far behind still counts
-constexpr double coming = 3.0;     // [m] and one so far ahead
-constexpr std::size_t fewest = 4;  // keys, two of which are the car's own
-constexpr double overshoot = 1.6;  // of a relaxation step: settles in a third of the passes
+constexpr double apart = 0.45;     // [m] spacing of the points from which the line's curvature is computed
+constexpr double passed = 1.0;     // [m] behind the car, over which a tight corner still counts
+constexpr double coming = 3.0;     // [m] ahead of the car, over which a tight corner counts
+constexpr std::size_t fewest = 4;  // control points, two of which lie on the car's arc
+constexpr double overshoot = 1.6;  // over-relaxation factor: converges in a third of the passes
 constexpr double straight = 1e-3;  // [1/m]
 
-// Points of the line in `way` m of it.
+// Number of line points over `length` [m].
 std::size_t points_in(double way, double spacing) noexcept {
   return static_cast<std::size_t>(std::max(1L, std::lround(way / spacing)));
 }
 
-// Unit, to the left.
+// Unit normal, to the left.
 Point2 normal_at(const Buffer<Point2>& points, std::size_t i) noexcept {
   const Point2& a = points[i > 0 ? i - 1 : 0];
   const Point2& b = points[std::min(i + 1, points.size() - 1)];
@@ -29,7 +29,7 @@ Point2 normal_at(const Buffer<Point2>& points, std::size_t i) noexcept {
   return {(a.y - b.y) / length, (b.x - a.x) / length};
 }
 
-// Of the circle through point i and those `beside` before and after; positive to the left.
+// Curvature of the circle through point i and the points `beside` before and after; left positive.
 double curvature_at(const Buffer<Point2>& points, std::size_t i, std::size_t beside) noexcept {
   const Point2& a = points[i > beside ? i - beside : 0];
   const Point2& b = points[i];
@@ -49,7 +49,7 @@ void place(ControlPoint& key) noexcept {
   key.at = {key.on_line.x + key.offset * key.normal.x, key.on_line.y + key.offset * key.normal.y};
 }
 
-// The offsets that the walls leave between the middles to the keys before and after.
+// Limits of the offset, so that the path keeps its clearance up to the midpoints to the neighboring control points.
 void leave_room(const Buffer<CenterlinePoint>& line, const Buffer<Point2>& points, std::size_t i, double reach,
                 double clearance, ControlPoint& key) noexcept {
   key.low = -1e9;
@@ -68,7 +68,7 @@ void leave_room(const Buffer<CenterlinePoint>& line, const Buffer<Point2>& point
   key.high = std::max(key.high, 0.0);
 }
 
-// Where the line soon bends nearly as tightly as the car can turn, no further to the inside than the line itself.
+// If the line ahead turns almost as tightly as the car can, the path must not cut to the inside of it.
 void keep_out_of_tight_bends(const Buffer<Point2>& points, std::size_t i, double spacing, double radius,
                              ControlPoint& key) noexcept {
   const std::size_t before = points_in(passed, spacing);
@@ -84,7 +84,7 @@ void keep_out_of_tight_bends(const Buffer<Point2>& points, std::size_t i, double
   if (to_right * radius > 1.0) key.low = 0.0;
 }
 
-// Towards the least sum of curvature squared times way. The first two keys stay.
+// Minimizes the integral of squared curvature by relaxation. The first two control points are fixed.
 void relax(int passes, Buffer<ControlPoint>& keys) noexcept {
   const std::size_t n = keys.size();
   for (int pass = 0; pass < passes; ++pass) {
@@ -92,7 +92,8 @@ void relax(int passes, Buffer<ControlPoint>& keys) noexcept {
     for (std::size_t i = 2; i < n; ++i) {
       Point2 pull{};
       double stiffness = 0.0;
-      // The path's turn at a key over the way that it takes; `lever` is what a move of key i changes the turn by.
+      // Change of direction at a control point per length; `lever` is its derivative with respect to the offset of
+      // control point i.
       const auto add = [&](std::size_t middle, double lever) {
         const ControlPoint& a = keys[middle - 1];
         const ControlPoint& b = keys[middle];
@@ -129,9 +130,9 @@ bool minimum_curvature_path(const Buffer<CenterlinePoint>& line, const PathCondi
   keys.push(on_arc(params.bend_lead - params.bend_spacing));
   keys.push(on_arc(params.bend_lead));
   const std::size_t foot = nearest_to_base_link(points);
-  double left = 0.0;  // [m] of line
+  double left = 0.0;  // [m] of line ahead
   for (std::size_t i = foot + 1; i < points.size(); ++i) left += distance(points[i], points[i - 1]);
-  double along = -params.bend_lead;  // [m] since the last key
+  double along = -params.bend_lead;  // [m] since the last control point
   for (std::size_t i = foot + 1; i < points.size(); ++i) {
     const double piece = distance(points[i], points[i - 1]);
     along += piece;
@@ -143,7 +144,7 @@ bool minimum_curvature_path(const Buffer<CenterlinePoint>& line, const PathCondi
     key.normal = normal_at(points, i);
     leave_room(line, points, i, 0.5 * params.bend_spacing, conditions.clearance, key);
     keep_out_of_tight_bends(points, i, conditions.spacing, params.bend_radius, key);
-    // What comes after the line's end may be anything: toward it the path keeps to the line.
+    // The track beyond the end of the line is unknown: toward the end the path returns to the line.
     const double share = std::min(1.0, left / params.bend_sight);
     key.low *= share;
     key.high *= share;

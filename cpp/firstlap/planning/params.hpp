@@ -1,4 +1,4 @@
-// The parameters of planning, with default, unit, range and meaning. Names follow the paper and docs/paper.md.
+// Parameters of planning, with default, unit, range and meaning. Names follow the paper and docs/paper.md.
 #pragma once
 
 #include <tuple>
@@ -36,41 +36,50 @@ struct CenterlineParams {
   static constexpr auto fields() {
     using P = CenterlineParams;
     return std::tuple{
-        Field{"spacing", &P::spacing, "m", 0.05, 0.5, "distance of centerline points and wall samples"},
-        Field{"start_behind", &P::start_behind, "m", 0.0, 3.0, "the line starts this far behind the front axle"},
-        Field{"horizon", &P::horizon, "m", 2.0, 20.0, "and ends this far ahead at most"},
-        Field{"hold_time", &P::hold_time, "s", 0.0, 1.0, "how long the previous line serves when there is none"},
-        Field{"memory_time", &P::memory_time, "s", 0.0, 3.0, "how long a wall that is out of sight is remembered"},
-        Field{"trail_time", &P::trail_time, "s", 0.0, 20.0, "how long the car's own trail bars the way back"},
-        Field{"trail_spacing", &P::trail_spacing, "m", 0.1, 1.0, "distance of the trail's points"},
+        Field{"spacing", &P::spacing, "m", 0.05, 0.5, "spacing of centerline points and wall samples"},
+        Field{"start_behind", &P::start_behind, "m", 0.0, 3.0, "the centerline starts this far behind the front axle"},
+        Field{"horizon", &P::horizon, "m", 2.0, 20.0, "maximum length of the centerline ahead of the front axle"},
+        Field{"hold_time", &P::hold_time, "s", 0.0, 1.0, "how long the previous path is held if a scan gives none"},
+        Field{"memory_time", &P::memory_time, "s", 0.0, 3.0, "how long occluded wall samples are carried over"},
+        Field{"trail_time", &P::trail_time, "s", 0.0, 20.0,
+              "how long trail points are kept; the centerline must not run back along them"},
+        Field{"trail_spacing", &P::trail_spacing, "m", 0.1, 1.0, "spacing of trail points"},
         Field{"trail_against", &P::trail_against, "", -1.0, 0.0,
-              "cosine of the angle to the trail below which the line runs back along it (-1: off)"},
+              "cosine of the angle to the trail below which the centerline runs back along it (-1: off)"},
         Field{"trail_free", &P::trail_free, "m", 0.0, 10.0,
-              "so far from its beginning the line may run along the trail"},
+              "length from its start over which the centerline may run back along the trail"},
         Field{"same_way", &P::same_way, "", 0.0, 1.0,
-              "share of the track width within which the line is where the trail, or itself, has been"},
-        Field{"turn_step", &P::turn_step, "rad", 0.05, 1.57, "the line turns by this at most from point to point"},
+              "share of the track width within which the centerline meets the trail or itself"},
+        Field{"turn_step", &P::turn_step, "rad", 0.05, 1.57,
+              "maximum change of heading from one centerline point to the next"},
         Field{"loop_length", &P::loop_length, "m", 0.5, 30.0,
-              "the line ends where it meets itself, so much of it later (30: off)"},
+              "the centerline ends where it meets a point of itself that is at least this much arc length back (30: "
+              "off)"},
         Field{"sight_length", &P::sight_length, "m", 0.0, 10.0,
-              "so far the line goes on between two visible ends without a wall (0: off, the track width)"},
+              "maximum length without a wall between two visible ends, if longer than the track width (0: off)"},
         Field{"wall_step", &P::wall_step, "m", 0.0, 2.0,
-              "wall samples nearer to each other are joined by a straight (0: off)"},
+              "wall samples closer than this are joined by a straight segment (0: off)"},
         Field{"end_slack", &P::end_slack, "", 0.0, 1.0,
-              "sine of the angle past its end from where on a wall stands for nothing (1: off)"},
-        Field{"seed_wall", &P::seed_wall, "", 0.0, 2.0,
-              "no line begins behind a wall: nearest sample to the way there, in spacings (0: off)"},
+              "sine of the angle past its visible end beyond which a wall no longer supports the centerline (1: off)"},
+        Field{
+            "seed_wall", &P::seed_wall, "", 0.0, 2.0,
+            "minimum distance of the connection to the first centerline point from wall samples, in spacings (0: off)"},
         Field{"seed_reach", &P::seed_reach, "m", 0.0, 5.0,
-              "where there is no line beside the front axle it may begin so far ahead (0: off)"},
-        Field{"seed_step", &P::seed_step, "m", 0.1, 5.0, "between two tries to begin it; the last is so far behind"},
-        Field{"clear_reach", &P::clear_reach, "m", 0.0, 20.0, "clearance counts so far ahead"},
-        Field{"clear_enough", &P::clear_enough, "m", 0.01, 2.0, "beside the car, more clearance does not count"},
-        Field{"clear_score_min", &P::clear_score_min, "", 0.0, 1.0, "score of a split with no clearance (1: off)"},
-        Field{"turn_back_score", &P::turn_back_score, "", 0.0, 1.0, "score of a split whose line turns back (1: off)"},
+              "maximum distance ahead of the front axle at which the centerline may start (0: off)"},
+        Field{"seed_step", &P::seed_step, "m", 0.1, 5.0,
+              "spacing of the start points that are tried; the last one is this far behind the front axle"},
+        Field{"clear_reach", &P::clear_reach, "m", 0.0, 20.0,
+              "length of centerline ahead over which the clearance of a split is scored"},
+        Field{"clear_enough", &P::clear_enough, "m", 0.01, 2.0,
+              "lateral clearance with which a split gets its full score"},
+        Field{"clear_score_min", &P::clear_score_min, "", 0.0, 1.0,
+              "score factor of a split without clearance (1: off)"},
+        Field{"turn_back_score", &P::turn_back_score, "", 0.0, 1.0,
+              "score factor of a split whose centerline turns back (1: off)"},
         Field{"against_heading", &P::against_heading, "", -1.0, 0.0,
-              "cosine below which the line passes the car backwards: the car was turned round (-1: off)"},
+              "cosine of centerline to car heading below which the car was turned around (-1: off)"},
         Field{"line_enough", &P::line_enough, "m", 0.0, 10.0,
-              "a longer line leaves no doubt: no other split is tried (0: none ever)"},
+              "a longer centerline is accepted without trying other splits (0: the first is always accepted)"},
     };
   }
 };
@@ -92,27 +101,30 @@ struct TrajectoryParams {
     using P = TrajectoryParams;
     return std::tuple{
         Field{"smoothing_lambda", &P::smoothing_lambda, "", 0.0, 1.0,
-              "Laplacian smoothing: step toward the neighbors' middle"},
+              "Laplacian smoothing: step toward the midpoint of the neighbors"},
         Field{"smoothing_iterations", &P::smoothing_iterations, "", 0.0, 200.0,
-              "Laplacian smoothing: passes; more rounds corners off"},
+              "Laplacian smoothing: number of passes; more passes cut corners more"},
         Field{"smoothing_margin", &P::smoothing_margin, "m", 0.0, 2.0,
-              "smoothing brings the car's side no nearer than this to a wall"},
+              "minimum distance between the car's side and a wall that smoothing keeps"},
         Field{"smoothing_block", &P::smoothing_block, "", 0.0, 200.0,
-              "smoothing passes between two looks at the walls (0: off, the walls are not looked at)"},
-        Field{"opheim_min", &P::opheim_min, "m", 0.0, 0.5, "Opheim simplification: smallest tolerance (0: off)"},
-        Field{"opheim_max", &P::opheim_max, "m", 0.0, 5.0, "Opheim simplification: longest step (0: off)"},
-        Field{"sample", &P::sample, "m", 0.05, 0.5, "distance of trajectory points"},
+              "smoothing passes between two checks of this distance (0: no check)"},
+        Field{"opheim_min", &P::opheim_min, "m", 0.0, 0.5, "Opheim simplification: minimum tolerance (0: off)"},
+        Field{"opheim_max", &P::opheim_max, "m", 0.0, 5.0, "Opheim simplification: maximum step length (0: off)"},
+        Field{"sample", &P::sample, "m", 0.05, 0.5, "spacing of trajectory points"},
         Field{"end_hold", &P::end_hold, "m", 0.0, 2.0,
-              "the curvature is held over the last stretch, where the spline's end would straighten it"},
+              "length at the end of the path over which the curvature is held constant (the spline's natural end would "
+              "straighten it)"},
         Field{"join_distance", &P::join_distance, "m", 0.0, 10.0,
-              "the trajectory leaves the car and joins the centerline over at least this (0: it is the centerline)"},
-        Field{"join_time", &P::join_time, "s", 0.0, 3.0, "and at least over the way driven in this time"},
-        Field{"join_angle", &P::join_angle, "rad", 0.0, 0.78, "a car further off the line's heading joins as at this"},
+              "minimum distance over which the path joins the centerline (0: the path is the centerline)"},
+        Field{"join_time", &P::join_time, "s", 0.0, 3.0,
+              "minimum travel time over which the path joins the centerline"},
+        Field{"join_angle", &P::join_angle, "rad", 0.0, 0.78,
+              "limit of the heading error for which the joining curve is computed"},
     };
   }
 };
 
-// Beyond the paper, whose path has no passes of these.
+// Beyond the paper, whose path is the smoothed centerline (0 passes).
 struct MinimumCurvatureParams {
   int bend_passes = 0;
   double bend_spacing = 1.0;
@@ -124,12 +136,14 @@ struct MinimumCurvatureParams {
     using P = MinimumCurvatureParams;
     return std::tuple{
         Field{"bend_passes", &P::bend_passes, "", 0.0, 200.0,
-              "the path bends as little as the walls allow: relaxation passes (0: it is the smoothed centerline)"},
-        Field{"bend_spacing", &P::bend_spacing, "m", 0.2, 3.0, "between the keys that are moved"},
+              "relaxation passes of the minimum-curvature path (0: smoothed centerline)"},
+        Field{"bend_spacing", &P::bend_spacing, "m", 0.2, 3.0, "spacing of the control points"},
         Field{"bend_lead", &P::bend_lead, "m", 0.0, 3.0,
-              "so far from base_link the path follows the arc that is driven"},
-        Field{"bend_sight", &P::bend_sight, "m", 0.1, 20.0, "over the last of the line the path comes back to it"},
-        Field{"bend_radius", &P::bend_radius, "m", 0.0, 10.0, "no cutting where the line soon bends tighter than this"},
+              "distance from base_link over which the path follows the current arc of the car"},
+        Field{"bend_sight", &P::bend_sight, "m", 0.1, 20.0,
+              "distance at the end of the centerline over which the path returns to it"},
+        Field{"bend_radius", &P::bend_radius, "m", 0.0, 10.0,
+              "no corner cutting if the centerline ahead has a smaller radius than this"},
     };
   }
 };
@@ -154,27 +168,28 @@ struct VelocityProfileParams {
   static constexpr auto fields() {
     using P = VelocityProfileParams;
     return std::tuple{
-        Field{"v_min", &P::v_min, "m/s", 0.1, 10.0, "planned speed never falls below this (a stop stands outside)"},
-        Field{"v_max", &P::v_max, "m/s", 0.1, 20.0, "planned speed never rises above this"},
-        Field{"a_x_max", &P::a_x_max, "m/s^2", 0.1, 20.0, "planned acceleration"},
-        Field{"a_x_min", &P::a_x_min, "m/s^2", -20.0, -0.1, "planned braking"},
-        Field{"a_y_max", &P::a_y_max, "m/s^2", 0.1, 20.0, "planned lateral acceleration"},
+        Field{"v_min", &P::v_min, "m/s", 0.1, 10.0, "minimum planned speed (stops are exempt)"},
+        Field{"v_max", &P::v_max, "m/s", 0.1, 20.0, "maximum planned speed"},
+        Field{"a_x_max", &P::a_x_max, "m/s^2", 0.1, 20.0, "maximum planned acceleration"},
+        Field{"a_x_min", &P::a_x_min, "m/s^2", -20.0, -0.1, "maximum planned deceleration, as a negative number"},
+        Field{"a_y_max", &P::a_y_max, "m/s^2", 0.1, 20.0, "maximum planned lateral acceleration"},
         Field{"friction_ellipse", &P::friction_ellipse, "", 0.0, 1.0,
-              "braking and accelerating share the grip with cornering"},
-        Field{"preview_time", &P::preview_time, "s", 0.0, 1.0, "the commanded speed is the planned one this far ahead"},
+              "braking and acceleration share the grip with cornering"},
+        Field{"preview_time", &P::preview_time, "s", 0.0, 1.0,
+              "the commanded speed is the planned speed this far ahead"},
         Field{"delta_v_max", &P::delta_v_max, "m/s", 0.0, 10.0,
-              "commanded speed above the measured one at most (the paper's delta a_max)"},
+              "maximum of commanded minus measured speed (delta a_max in the paper)"},
         Field{"delta_v_min", &P::delta_v_min, "m/s", -10.0, 0.0,
-              "commanded speed below the measured one at most (the paper's delta a_min)"},
-        Field{"v_horizon", &P::v_horizon, "m/s", 0.0, 10.0, "speed at the end of what is seen"},
-        Field{"v_standing", &P::v_standing, "m/s", 0.01, 2.0, "a slower car is planned for as if it drove this fast"},
+              "minimum of commanded minus measured speed (delta a_min in the paper)"},
+        Field{"v_horizon", &P::v_horizon, "m/s", 0.0, 10.0, "planned speed at the end of the visible track"},
+        Field{"v_standing", &P::v_standing, "m/s", 0.01, 2.0, "minimum speed from which the profile is planned"},
         Field{"block_clearance", &P::block_clearance, "m", -0.5, 0.5,
-              "the path is blocked where the car's side would come nearer than this to something"},
-        Field{"block_distance", &P::block_distance, "m", 0.0, 2.0, "and the car stops this far before it"},
-        Field{"a_brake", &P::a_brake, "m/s^2", 0.5, 20.0,
-              "full braking, as a positive number, when nothing else helps"},
+              "the path is blocked where the car's side would come closer than this to a wall or obstacle"},
+        Field{"block_distance", &P::block_distance, "m", 0.0, 2.0,
+              "distance to a blocked point at which the car stops"},
+        Field{"a_brake", &P::a_brake, "m/s^2", 0.5, 20.0, "deceleration of full braking, as a positive number"},
         Field{"stop_clearance", &P::stop_clearance, "m", 0.0, 0.5,
-              "full braking where a stop begun a scan later would bring the body nearer than this to something"},
+              "the stopping check brakes fully if a stop started one scan later would have less clearance than this"},
     };
   }
 };

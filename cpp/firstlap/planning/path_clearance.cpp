@@ -5,9 +5,9 @@
 namespace firstlap {
 namespace {
 
-constexpr std::size_t stride = 2;  // points of the path: what is between them is nearer to one than they are apart
+constexpr std::size_t stride = 2;  // every other path point: points in between are closer to one than the spacing
 
-// Smallest distance of (x, y) to either wall.
+// Distance [m] of (x, y) to the nearest wall sample.
 double wall_distance(const LocalWalls& walls, double x, double y) noexcept {
   const double left = nearest_sample(walls.left, x, y).distance;
   const double right = nearest_sample(walls.right, x, y).distance;

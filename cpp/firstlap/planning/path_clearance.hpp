@@ -1,4 +1,4 @@
-// What stands on or beside the path, wall or not: how near the car comes to it, and where it would have to stop.
+// Clearance along the path to everything visible, walls or obstacles, and where the path is blocked.
 #pragma once
 
 #include <cstddef>
@@ -13,11 +13,11 @@
 namespace firstlap {
 
 struct PathClearance {
-  double distance = std::numeric_limits<double>::infinity();    // [m] smallest, the car's side to anything
-  double blocked_at = std::numeric_limits<double>::infinity();  // [m] of the path: there it is too small
+  double distance = std::numeric_limits<double>::infinity();    // [m] smallest distance of the car's side
+  double blocked_at = std::numeric_limits<double>::infinity();  // [m] arc length where the clearance is too small
 };
 
-// Along `path` (in base_link) from its point `nearest` on, up to where it is blocked, among all that was seen.
+// Clearance along `path` (base_link), from its point `nearest` up to the blocked point.
 PathClearance clearance_along(const Buffer<TrajectoryPoint>& path, std::size_t nearest, const LocalWalls& walls,
                               const CarGeometry& car, const VelocityProfileParams& params) noexcept;
 

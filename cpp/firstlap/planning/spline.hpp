@@ -1,4 +1,4 @@
-// A natural cubic C2 spline through points in the plane, over the chord length. Never extrapolates.
+// Natural cubic spline (C2) through points in the plane, parameterized by chord length. Never extrapolates.
 #pragma once
 
 #include "firstlap/common/buffer.hpp"
@@ -17,11 +17,11 @@ class Spline {
  public:
   explicit Spline(std::size_t capacity);
 
-  // Points closer than 1e-6 m to their predecessor are left out. False for fewer than 2 points.
+  // Skips points closer than 1e-6 m to their predecessor. Returns false for fewer than 2 points.
   bool fit(const Buffer<Point2>& points) noexcept;
 
-  [[nodiscard]] double length() const noexcept { return u_.empty() ? 0.0 : u_.back(); }  // [m] of the chords
-  // At chord length u, clamped to [0, length()]. `hint` is the interval to look in first and is updated.
+  [[nodiscard]] double length() const noexcept { return u_.empty() ? 0.0 : u_.back(); }  // [m] sum of the chords
+  // The point at chord length `u` [m], clamped to [0, length()]. `hint` is the interval to search first and is updated.
   [[nodiscard]] SplineSample at(double u, std::size_t& hint) const noexcept;
 
  private:

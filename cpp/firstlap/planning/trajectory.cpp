@@ -18,11 +18,11 @@ double ray_distance(const Point2& a, const Point2& b, const Point2& p) noexcept 
   return std::abs(dx * (p.y - a.y) - dy * (p.x - a.x)) / std::sqrt(length2);
 }
 
-// Where base_link stands beside the line.
+// Projection of base_link onto the line.
 struct Foot {
-  double along = 0.0;   // [m] from the line's first point
+  double along = 0.0;   // [m] arc length from the line's first point
   double offset = 0.0;  // [m] of base_link, left of the line positive
-  double dx = 0.0;      // [m] the piece of line there
+  double dx = 0.0;      // [m] the line segment there
   double dy = 0.0;
 };
 
@@ -47,7 +47,7 @@ Foot foot_of_car(const Buffer<Point2>& points) noexcept {
   return best;
 }
 
-// Brings each point back to where it keeps `clearance` from the walls, as far as the line itself does.
+// Moves each point toward the line until it keeps `clearance` [m] from the walls, as far as the line itself does.
 void keep_between_walls(const Buffer<CenterlinePoint>& line, double clearance, Buffer<Point2>& points) noexcept {
   for (std::size_t i = 0; i < points.size(); ++i) {
     const double dx = points[i].x - line[i].x;

@@ -1,5 +1,5 @@
-// Step 5: the centerline as a smooth path with curvature: Laplacian smoothing, a start at the car,
-// Opheim simplification, a cubic C2 spline.
+// Step 5: the centerline as a smooth path with curvature: Laplacian smoothing, a start at the car, Opheim
+// simplification, a cubic C2 spline.
 #pragma once
 
 #include <cstddef>
@@ -19,28 +19,28 @@ inline constexpr std::size_t max_path_points = 512;
 // p_i += lambda (mean of the neighbors - p_i), ends fixed.
 void smooth(double lambda, int iterations, Buffer<Point2>& points) noexcept;
 
-// The line smoothed, but no point of it brought nearer to a wall than the car's half width and a margin,
-// unless the line itself is as near.
+// Smooths the centerline; no point comes closer to a wall than half the car's width plus smoothing_margin, unless the
+// centerline itself is as close.
 void smooth_between_walls(const Buffer<CenterlinePoint>& line, const CarGeometry& car, const TrajectoryParams& params,
                           Buffer<Point2>& points) noexcept;
 
-// Distance from a point of the line to the nearest thing beside it: half the width, and where that is estimated
-// no more than to what was seen.
+// Distance [m] from a centerline point to the nearest wall: half the width, but if that is estimated, at most the
+// distance to the nearest sample.
 double clearance_at(const CenterlinePoint& point) noexcept;
 
-// Bends the line's beginning so that it leaves base_link along the car's heading and is back on the line
-// `distance` [m] later, by a quintic in the lateral offset.
+// Shifts the start of the line so that it leaves base_link along the car's heading, with a heading error of at most
+// `angle` [rad], and rejoins the line after `distance` [m]. The lateral offset is a quintic.
 void join_car(double distance, double angle, Buffer<Point2>& points) noexcept;
 
-// Opheim (1982) with psimpl's semantics: from each key, points within `tol_max` of it and within
-// `tol_min` of the ray that leaves it are dropped. A zero tolerance or fewer than 3 points: a copy.
+// Opheim (1982) as in psimpl: from each kept point, drops the points within `tol_max` of it and within `tol_min` of the
+// ray from it. Copies the points if a tolerance is zero or there are fewer than 3.
 void simplify_opheim(const Buffer<Point2>& points, double tol_min, double tol_max, Buffer<Point2>& keys) noexcept;
 
-// Samples the spline through `keys` every `sample` m; curvature is held over the last `end_hold` m.
+// Samples the spline through `knots` every `sample` [m]. The curvature is held constant over the last `end_hold` [m].
 void sample_path(const Buffer<Point2>& keys, double sample, double end_hold, Spline& spline,
                  Buffer<TrajectoryPoint>& path) noexcept;
 
-// Index of the path point nearest to (x, y); path not empty.
+// Index of the path point nearest to (x, y). The path must not be empty.
 std::size_t nearest_on_path(const Buffer<TrajectoryPoint>& path, double x, double y) noexcept;
 
 }  // namespace firstlap

@@ -6,7 +6,7 @@
 namespace firstlap {
 namespace {
 
-// Share of the longitudinal limit that cornering at v leaves: 1 in the paper.
+// Share of the longitudinal limit that cornering at speed v leaves; 1 in the paper.
 double grip_left(double v, double curvature, const VelocityProfileParams& params) noexcept {
   if (!params.friction_ellipse) return 1.0;
   const double used = std::min(1.0, v * v * std::abs(curvature) / params.a_y_max);
@@ -35,7 +35,7 @@ void plan_velocity(double speed, std::size_t from, const VelocityProfileParams& 
     const double a = params.a_x_max * grip_left(p.velocity, p.curvature, params);
     path[i].velocity = next_speed(p.velocity, path[i].s - p.s, a, cornering_speed(path[i].curvature, params), params);
   }
-  // Backwards; beyond the horizon may be anything, so it ends at v_min.
+  // Backward pass. Anything may be beyond the horizon, so it starts at v_min.
   double v = params.v_min;
   path[n - 1].velocity = std::min(path[n - 1].velocity, v);
   for (std::size_t i = n - 1; i-- > from;) {
@@ -44,7 +44,7 @@ void plan_velocity(double speed, std::size_t from, const VelocityProfileParams& 
     v = next_speed(v, p.s - path[i].s, a, cornering_speed(path[i].curvature, params), params);
     path[i].velocity = std::min(path[i].velocity, v);
   }
-  // Near the end of what is seen the clamp to v_min must not hold.
+  // Near the end of the visible track, v_min must not apply.
   for (std::size_t i = from; i < n; ++i) {
     const double left = path[n - 1].s - path[i].s;
     const double limit = std::sqrt(params.v_horizon * params.v_horizon - 2.0 * params.a_x_min * left);

@@ -1,4 +1,5 @@
-// Step 6: the speed along the path, under three acceleration limits (the paper's equations 3 to 5).
+// Step 6: the velocity profile of the path under limits of lateral acceleration, acceleration and braking (the paper's
+// equations 3 to 5).
 #pragma once
 
 #include <cstddef>
@@ -9,14 +10,14 @@
 
 namespace firstlap {
 
-// Fills `velocity` of every point; the car is at point `from` with `speed`.
+// Writes `velocity` of every point. The car is at point `from` with `speed` [m/s].
 void plan_velocity(double speed, std::size_t from, const VelocityProfileParams& params,
                    Buffer<TrajectoryPoint>& path) noexcept;
 
-// Lowers the profile so that the car can stand still at arc length `s` [m]; outside the clamp to v_min.
+// Lowers the profile so that the car stops at arc length `s` [m]; here v_min does not apply.
 void stop_before(double s, const VelocityProfileParams& params, Buffer<TrajectoryPoint>& path) noexcept;
 
-// The speed to command: the planned one at the preview point, limited in its change.
+// The speed [m/s] to command: the profile at the preview point, limited relative to the measured `speed` [m/s].
 double command_speed(const Buffer<TrajectoryPoint>& path, std::size_t from, double speed,
                      const VelocityProfileParams& params) noexcept;
 
