@@ -35,7 +35,7 @@ Pose2 refined(std::span<const Beam> beams, const LikelihoodField& field, const P
 double forward_information(std::span<const Beam> beams, const LikelihoodField& field, const Pose2& pose,
                            const RefineParams& params) noexcept {
   const double c = std::cos(pose.yaw), s = std::sin(pose.yaw);
-  mapping::Normal3 normal;  // left, yaw, forward: what is solved for the last is free of the others
+  mapping::Normal3 normal;  // order left, yaw, forward: the solution of the last unknown has the other two eliminated
   for (const Beam& b : beams) {
     const auto bx = static_cast<double>(b.x), by = static_cast<double>(b.y);
     const auto [distance, dx, dy] = field.slope(pose.x + c * bx - s * by, pose.y + s * bx + c * by);

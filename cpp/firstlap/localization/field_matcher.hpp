@@ -1,4 +1,4 @@
-// Scan-to-map matching: from a pose downhill in the likelihood field (Kohlbrecher et al. 2011).
+// Scan-to-map matching: descent in the likelihood field from a start pose (Kohlbrecher et al. 2011).
 #pragma once
 
 #include <span>
@@ -9,11 +9,11 @@
 
 namespace firstlap::localization {
 
-// The pose near `guess` (field's frame) that brings the beams onto walls.
+// The pose near `guess` (in the field's frame) for which the beams end on walls.
 Pose2 refined(std::span<const Beam> beams, const LikelihoodField& field, const Pose2& guess,
               const RefineParams& params) noexcept;
 
-// [1/m^2] inverse variance of `pose` along its heading, by the beams on walls; 0 where they tell nothing.
+// [1/m^2] inverse variance of `pose` along its heading, from the beams that end on walls; 0 without information.
 double forward_information(std::span<const Beam> beams, const LikelihoodField& field, const Pose2& pose,
                            const RefineParams& params) noexcept;
 

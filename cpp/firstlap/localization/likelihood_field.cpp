@@ -13,12 +13,12 @@ namespace {
 
 constexpr float none = 1e12F;
 
-// Squared distances along one line, exact: the lower envelope of parabolas (Felzenszwalb and Huttenlocher 2012).
+// Exact squared distance transform of one line: lower envelope of parabolas (Felzenszwalb and Huttenlocher 2012).
 class Envelope {
  public:
   explicit Envelope(std::size_t longest) : f_(longest), vertex_(longest), edge_(longest + 1) {}
 
-  // values[i * step] for i below n, in place.
+  // Transforms values[i * step], i < n, in place.
   void run(float* values, std::size_t n, std::size_t step) {
     for (std::size_t i = 0; i < n; ++i) f_[i] = values[i * step];
     std::size_t k = 0;
@@ -69,7 +69,7 @@ LikelihoodField::LikelihoodField(std::span<const std::uint8_t> occupied, int col
     throw std::invalid_argument("a map needs columns x rows cells, at most " + std::to_string(mapping::max_grid_cells));
   }
   if (std::all_of(occupied.begin(), occupied.end(), [](std::uint8_t c) { return c == 0; })) {
-    throw std::invalid_argument("a map without an occupied cell: nothing can be found in it");
+    throw std::invalid_argument("a map without an occupied cell: localization is not possible");
   }
   std::vector<float> squared(occupied.size());
   std::transform(occupied.begin(), occupied.end(), squared.begin(), [](std::uint8_t c) { return c ? 0.0F : none; });
@@ -148,7 +148,7 @@ SearchResult search(std::span<const Beam> beams, const LikelihoodField& field, c
         for (const Beam& b : beams) {
           fitting += field.distance_mm(xf + c * b.x - s * b.y, yf + s * b.x + c * b.y) <= limit_mm;
         }
-        // Of equals the one nearest to the guess.
+        // Among equal fits, the pose nearest to the guess.
         const double fit = fitting / static_cast<double>(beams.size()) - 1e-6 * (i * i + j * j + k * k);
         if (fit > best.fit) best = {{x, y, yaw}, fit};
       }

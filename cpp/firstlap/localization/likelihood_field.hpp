@@ -1,5 +1,5 @@
-// Distance to the nearest wall of an occupancy map, for every cell: what a return is weighed by
-// (Thrun, Burgard and Fox, Probabilistic Robotics, 6.4).
+// Distance to the nearest wall of an occupancy map for every cell, used to weight returns (Thrun, Burgard and Fox,
+// Probabilistic Robotics, 6.4).
 #pragma once
 
 #include <cstddef>
@@ -13,23 +13,23 @@
 namespace firstlap::localization {
 
 struct Beam {
-  float x = 0.0F, y = 0.0F;  // [m] of a return, in base_link
+  float x = 0.0F, y = 0.0F;  // [m] end point of the beam in base_link
 };
 
-inline constexpr int farthest_mm = 2000;  // distances end here
+inline constexpr int farthest_mm = 2000;  // [mm] maximum distance
 
 class LikelihoodField {
  public:
-  // `occupied`: columns x rows, row 0 the lowest, not 0 where a wall stands. `origin`: the lower left corner's
-  // pose in the map's frame. Throws std::invalid_argument for sizes that do not fit, or a map without walls.
+  // `occupied`: columns x rows, row 0 the lowest, nonzero for walls. `resolution`: [m] cell size. `origin`: pose of the
+  // lower left corner in the map's frame. Throws std::invalid_argument for inconsistent sizes, or a map without walls.
   LikelihoodField(std::span<const std::uint8_t> occupied, int columns, int rows, double resolution,
                   const Pose2& origin);
 
-  // Poses of the map's frame in the field's own (meters from the lower left corner), and back.
+  // Transforms poses from the map's frame to the field's (meters from the lower left corner), and back.
   [[nodiscard]] Pose2 to_field(const Pose2& in_map) const noexcept;
   [[nodiscard]] Pose2 to_map(const Pose2& in_field) const noexcept;
 
-  // [mm] to the nearest wall from a point of the field's frame [m], in steps of a cell; farthest_mm outside.
+  // [mm] distance to the nearest wall from a point in the field's frame [m], constant per cell; farthest_mm outside.
   [[nodiscard]] int distance_mm(float x, float y) const noexcept {
     const float column = x * scale_, row = y * scale_;
     // Also false for NaN.
@@ -37,7 +37,7 @@ class LikelihoodField {
     return mm_[static_cast<std::size_t>(row) * stride_ + static_cast<std::size_t>(column)];
   }
 
-  // Distance [m] between the cells' centres, linear, with its slope; far with slope 0 outside.
+  // Distance [m], interpolated linearly between cell centers, with its gradient; the maximum with gradient 0 outside.
   struct Slope {
     double distance, dx, dy;
   };
@@ -56,11 +56,11 @@ class LikelihoodField {
   std::vector<std::uint16_t> mm_;
 };
 
-// A field round a few clouds in one frame, for a coarse search.
+// A field of a few clouds in one frame, for a coarse search.
 LikelihoodField field_of(std::span<const mapping::CloudPoint> points, double resolution);
 
-// Where the beams fit best within `radius` [m] and `angle` [rad] of `guess`, tried on a raster of `step` [m] and
-// `turn` [rad]; `fit` is the share of beams that end within one step of a wall.
+// Exhaustive search for the best pose within `radius` [m] and `angle` [rad] of `guess` (in the map's frame), on a grid
+// of `step` [m] and `turn` [rad]. `fit` is the share of beams that end within one step of a wall.
 struct SearchResult {
   Pose2 pose{};
   double fit = 0.0;

@@ -12,8 +12,8 @@
 namespace firstlap::localization {
 namespace {
 
-constexpr double longest_step = 0.5;  // [s] a longer pause counts as this
-constexpr double fastest = 30.0;      // [m/s] and [rad/s]: more is no measurement
+constexpr double longest_step = 0.5;  // [s] longer pauses count as this
+constexpr double fastest = 30.0;      // [m/s] and [rad/s]; larger values are not plausible
 constexpr std::size_t fewest_beams = 5;
 constexpr double raster_near = 0.12, raster_far = 0.24;  // [m], and half of it in [rad]
 
@@ -26,7 +26,7 @@ bool sane(const VehicleState& state) {
   return std::abs(state.speed) < fastest && std::abs(state.yaw_rate) < fastest;  // also false for NaN
 }
 
-// At most `count` of the items, evenly.
+// At most `count` of the items, evenly distributed.
 template <class Items>
 void pick(const Items& items, std::size_t count, Buffer<Beam>& out) {
   out.clear();
@@ -90,14 +90,14 @@ Estimate Localizer::step(const LaserScan& scan, const VehicleState& state, doubl
     learn_speed_scale(dt);
     resample();
   } else {
-    estimate_.fit = tight_fit_ = 0.0;  // blind: odometry alone, and soon lost
+    estimate_.fit = tight_fit_ = 0.0;  // no usable scan: odometry alone, and soon lost
     judge({.pose = pose_, .std = estimate_.std, .std_yaw = estimate_.std_yaw, .share = 1.0}, dt);
   }
   estimate_.pose = field_.to_map(pose_);
   return estimate_;
 }
 
-// Particles and estimate, by the mean of the last two measurements.
+// Moves particles and estimate by the mean of the last two measurements.
 void Localizer::move(const VehicleState& state, double dt) noexcept {
   const VehicleState& before = moving_ ? last_ : state;
   const double speed = 0.5 * (before.speed + state.speed), rate = 0.5 * (before.yaw_rate + state.yaw_rate);
@@ -109,12 +109,12 @@ void Localizer::move(const VehicleState& state, double dt) noexcept {
   moving_ = true;
 }
 
-// By how far it came on the map since the last scan that told.
+// Compares the forward motion on the map, since the last update, with the measured one.
 void Localizer::learn_speed_scale(double dt) noexcept {
   const double information = estimate_.searching || estimate_.lost || jumped_
                                  ? 0.0
                                  : forward_information(dense_.span(), field_, pose_, params_.refine);
-  // Both ends of the way are places found on the map: twice the variance of one.
+  // Both poses of the motion are map matches: twice the variance of one.
   learn_from_walls({missed_, 0.5 * information}, moved_, measured_, dt, params_.speed_scale, speed_scale_);
   moved_ = measured_ = 0.0;
 }
@@ -126,7 +126,7 @@ bool Localizer::choose_beams(const LaserScan& scan, const VehicleState& state) n
   return beams_.size() >= fewest_beams;
 }
 
-// Of the particles' mean, the mean brought onto the walls, and the last pose moved on: the one that fits best.
+// The best fit among the particle mean, the refined mean, and the refined odometry prediction.
 void Localizer::locate() noexcept {
   filter_.weigh(beams_.span(), estimate_.searching);
   const Cluster cluster = filter_.cluster();
@@ -169,7 +169,8 @@ void Localizer::resample() noexcept {
     filter_.resample(static_cast<std::size_t>(p.particles_min), around);
     return;
   }
-  // A raster finds in one scan what random explorers would need many for: near every time, far every fourth.
+  // A grid search finds in one scan what random explorers would need many scans for. Nearby in every scan, far away in
+  // every fourth.
   const bool far = ++searches_ % 4 == 0;
   const double radius = far ? p.search_radius : p.explorer_radius, angle = far ? p.search_angle : p.explorer_angle;
   const double step = far ? raster_far : raster_near;

@@ -1,4 +1,4 @@
-// Odometry: how base_link moves between two scans, from the measured speed and yaw rate.
+// Odometry: motion of base_link between two scans from measured speed and yaw rate.
 #pragma once
 
 #include <cmath>
@@ -12,7 +12,7 @@ struct Motion {
   double ahead = 0.0, left = 0.0, turn = 0.0;  // [m], [m], [rad]
 };
 
-// `slip` [s^2/m]: in a bend the rear axle drifts outwards by this angle per lateral acceleration.
+// `slip` [s^2/m]: slip angle of the rear axle per lateral acceleration; the axle drifts outward in a curve.
 inline Motion motion_of(double speed, double yaw_rate, double slip, double dt) noexcept {
   return {speed * dt, -slip * speed * yaw_rate * speed * dt, yaw_rate * dt};
 }

@@ -1,4 +1,4 @@
-// Every parameter of localization, with its default, unit, range and meaning.
+// Parameters of localization, with default, unit, range and meaning.
 #pragma once
 
 #include <string_view>
@@ -11,7 +11,7 @@
 
 namespace firstlap::localization {
 
-// How the car moves between two scans, for the filter.
+// Motion model of the filter.
 struct MotionParams {
   double speed_noise = 0.1;
   double speed_ratio = 0.05;

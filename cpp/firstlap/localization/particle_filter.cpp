@@ -132,7 +132,7 @@ void ParticleFilter::resample(std::size_t count, std::span<const Spread> fresh) 
     const auto wanted = static_cast<std::size_t>(spread.share * static_cast<double>(count));
     for (std::size_t k = 0; k < wanted && drawn_.size() < count; ++k) drawn_.push(drawn(spread));
   }
-  // Low variance: one random number, equal steps through the weights.
+  // Low-variance resampling: one random number, equal steps through the weights.
   const double step = 1.0 / static_cast<double>(std::max<std::size_t>(count - drawn_.size(), 1));
   double target = step * rng_.uniform(), sum = particles_[0].weight;
   for (std::size_t i = 0; drawn_.size() < count; target += step) {

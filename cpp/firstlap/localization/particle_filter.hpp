@@ -1,5 +1,5 @@
-// Monte Carlo localization (Thrun, Burgard and Fox, chapter 8): a cloud of poses that odometry moves and the scan
-// weighs. Poses are in the likelihood field's frame.
+// Monte Carlo localization (Thrun, Burgard and Fox, chapter 8): a set of poses, moved by odometry and weighted by the
+// scan. Poses are in the likelihood field's frame.
 #pragma once
 
 #include <array>
@@ -15,7 +15,7 @@
 
 namespace firstlap::localization {
 
-// Where to scatter particles: a disc of positions and headings to both sides.
+// Uniform distribution for new particles: a disc of positions with radius [m], and headings within +-angle [rad].
 struct Spread {
   Pose2 center{};
   double radius = 0.0, angle = 0.0;
@@ -23,9 +23,9 @@ struct Spread {
 };
 
 struct Cluster {
-  Pose2 pose{};                     // weighted mean of the particles round the best one
-  double std = 0.0, std_yaw = 0.0;  // [m], [rad] of those
-  double share = 0.0;               // of all weight
+  Pose2 pose{};                     // weighted mean of the particles around the best one
+  double std = 0.0, std_yaw = 0.0;  // [m], [rad] standard deviation of those
+  double share = 0.0;               // their share of the total weight
 };
 
 class ParticleFilter {
@@ -34,15 +34,15 @@ class ParticleFilter {
   ParticleFilter(const LikelihoodField& field, const FilterParams& filter, const MotionParams& motion,
                  std::uint64_t seed);
 
-  // Forgets everything; as many particles as there may be, most over the spread, the rest at its center.
+  // Forgets everything and draws the maximum number of particles: most over the spread, the rest near its center.
   void scatter(const Spread& spread) noexcept;
   void move(double speed, double yaw_rate, double dt) noexcept;
-  // The same motion for all, without noise.
+  // The same motion for all particles, without noise.
   void shift(const Motion& motion) noexcept;
-  // `searching` takes the wide likelihood.
+  // `searching` selects the wide likelihood.
   void weigh(std::span<const Beam> beams, bool searching) noexcept;
   [[nodiscard]] Cluster cluster() const noexcept;
-  // `count` in all: their shares of the spreads anew, the rest drawn by weight.
+  // Draws `count` particles: new ones in the spreads, by their shares, the rest by weight.
   void resample(std::size_t count, std::span<const Spread> fresh) noexcept;
 
   [[nodiscard]] std::size_t size() const noexcept { return particles_.size(); }
@@ -50,7 +50,7 @@ class ParticleFilter {
  private:
   struct Particle {
     double x = 0.0, y = 0.0, yaw = 0.0;
-    double weight = 0.0;  // logarithm after weigh(), share after that
+    double weight = 0.0;  // log weight after weigh(), then normalized
   };
   using Table = std::array<float, farthest_mm + 1>;
 

@@ -9,7 +9,7 @@
 namespace firstlap::mapping {
 namespace {
 
-// Mapping and localization look back as far as ahead.
+// Mapping and localization use returns behind the car, too.
 ScanParams all_round(double range_use) {
   ScanParams params;
   params.range_use = range_use;
@@ -38,7 +38,7 @@ bool CloudMaker::make(const LaserScan& scan, const VehicleState& state, double p
   return true;
 }
 
-// Whether two returns in a row lie on one wall: the adaptive breakpoint of Borges and Aldon (2004).
+// Whether two consecutive returns lie on one wall: adaptive breakpoint detection of Borges and Aldon (2004).
 bool CloudMaker::joined(const ScanPoint& a, const ScanPoint& b) const noexcept {
   const double step = table_.angle_step() * (b.beam - a.beam);
   if (step >= params_.break_angle) return false;
@@ -68,7 +68,7 @@ void CloudMaker::group_points() noexcept {
   }
 }
 
-// A normal from the neighbors on the same wall within reach, at least one to each side, or two to one side.
+// Fits a normal to the neighbors on the same wall within reach: at least one on each side, or two on one side.
 void CloudMaker::add_normal(std::size_t i) noexcept {
   const Group& here = groups_[i];
   const auto near = [&](std::size_t j) {
@@ -82,7 +82,7 @@ void CloudMaker::add_normal(std::size_t i) noexcept {
   cloud_.push(point);
 }
 
-// The direction of least spread; none where the points do not lie on a line.
+// The direction of least spread; none if the points do not lie on a line.
 bool CloudMaker::fit_normal(std::size_t first, std::size_t last, CloudPoint& point) const noexcept {
   double mx = 0.0, my = 0.0, xx = 0.0, xy = 0.0, yy = 0.0;
   const double scale = 1.0 / static_cast<double>(last - first + 1);
@@ -99,7 +99,7 @@ bool CloudMaker::fit_normal(std::size_t first, std::size_t last, CloudPoint& poi
   const double half = 0.5 * (xx - yy), root = norm(half, xy);
   const double smallest = 0.5 * (xx + yy) - root, largest = 0.5 * (xx + yy) + root;
   if (smallest > params_.normal_noise * params_.normal_noise || smallest > 0.05 * largest) return false;
-  const double along = 0.5 * std::atan2(xy, half);  // of the largest spread
+  const double along = 0.5 * std::atan2(xy, half);  // direction of the largest spread
   double nx = -std::sin(along), ny = std::cos(along);
   if (nx * (car_.laser_x - point.x) + ny * (car_.laser_y - point.y) < 0.0) {
     nx = -nx;

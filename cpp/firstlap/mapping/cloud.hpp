@@ -11,24 +11,24 @@ namespace firstlap::mapping {
 
 struct CloudPoint {
   double x = 0.0, y = 0.0;    // [m]
-  double nx = 0.0, ny = 0.0;  // unit normal of the wall, toward the laser; 0, 0 where it is not known
+  double nx = 0.0, ny = 0.0;  // unit normal of the wall, toward the LiDAR; 0, 0 if unknown
 };
 
 class CloudMaker {
  public:
   CloudMaker(const CloudParams& params, const CarGeometry& car);
 
-  // False where the scan's header makes no sense; then points and cloud are empty. period: [s] between scans, 0 where
-  // it is not known.
+  // Returns false if the scan's header is invalid; then points and cloud are empty. `period`: [s] between scans, 0 if
+  // unknown.
   bool make(const LaserScan& scan, const VehicleState& state, double period = 0.0) noexcept;
 
-  [[nodiscard]] const Buffer<ScanPoint>& points() const noexcept { return points_; }  // every valid return
+  [[nodiscard]] const Buffer<ScanPoint>& points() const noexcept { return points_; }  // all valid returns
   [[nodiscard]] const Buffer<CloudPoint>& cloud() const noexcept { return cloud_; }   // evenly spaced
 
  private:
   struct Group {
     double x = 0.0, y = 0.0;
-    bool opens = false;  // a new wall begins here
+    bool opens = false;  // first point of a wall
   };
 
   bool joined(const ScanPoint& a, const ScanPoint& b) const noexcept;

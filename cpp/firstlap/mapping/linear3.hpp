@@ -1,4 +1,4 @@
-// Three unknowns: the normal equations of a pose.
+// Normal equations of a pose, with three unknowns.
 #pragma once
 
 #include <array>
@@ -6,7 +6,7 @@
 
 namespace firstlap::mapping {
 
-// A symmetric 3 x 3 system H d = b, summed up from rows J with residual e and weight w: H += w J J', b -= w e J.
+// A symmetric 3 x 3 system H d = b, accumulated from rows J with residual e and weight w: H += w J J', b -= w e J.
 struct Normal3 {
   std::array<double, 9> h{};
   std::array<double, 3> b{};
@@ -19,7 +19,7 @@ struct Normal3 {
     }
   }
 
-  // By Cholesky; 0 where H is not positive definite.
+  // Cholesky decomposition; 0 if H is not positive definite.
   [[nodiscard]] std::array<double, 3> solve() const noexcept {
     const double l00 = std::sqrt(h[0]);
     if (!(h[0] > 1e-12)) return {};

@@ -7,7 +7,7 @@
 namespace firstlap::mapping {
 namespace {
 
-// Where a ray next leaves its column or row, in units of its length.
+// Next crossing of a ray into another column or row, in units of its length.
 struct Crossing {
   Crossing(double from, double to, int cell) : step(to > from ? 1 : -1) {
     const double way = std::abs(to - from);
@@ -28,7 +28,7 @@ OccupancyGrid::OccupancyGrid(double x, double y, int columns, int rows, const Gr
       static_cast<double>(columns) * static_cast<double>(rows) > static_cast<double>(max_grid_cells)) {
     throw std::invalid_argument("a map of " + std::to_string(columns) + " x " + std::to_string(rows) +
                                 " cells; allowed are 1 to " + std::to_string(max_grid_cells) +
-                                " in all (a larger grid.resolution makes fewer)");
+                                " in total (a larger grid.resolution gives fewer)");
   }
   counts_.resize(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
 }
@@ -44,7 +44,7 @@ void OccupancyGrid::add(const Pose2& pose, const Point2& laser, std::span<const 
   }
 }
 
-// In cells, along every cell that the ray meets (Amanatides and Woo 1987), both ends within the map.
+// Coordinates in cells. Visits every cell on the ray (Amanatides and Woo 1987). Both ends must be within the map.
 void OccupancyGrid::add_ray(double x0, double y0, double x1, double y1) noexcept {
   const auto fits = [](double v, int size) { return v >= 0.0 && v < size; };
   if (!fits(x0, columns_) || !fits(x1, columns_) || !fits(y0, rows_) || !fits(y1, rows_)) return;

@@ -1,5 +1,5 @@
-// An occupancy map drawn from scans whose poses are known: of each cell, how many beams met it and how many
-// ended in it (the reflection map of Burgard et al.; Karto counts the same way).
+// An occupancy map from scans with known poses. For each cell it counts the beams that met the cell and those that
+// ended in it (the reflection map of Burgard et al., also used by Karto).
 #pragma once
 
 #include <cstddef>
@@ -19,12 +19,12 @@ enum class Cell : std::uint8_t { free, occupied, unknown };
 
 class OccupancyGrid {
  public:
-  // (x, y) is the lower left corner [m]; row 0 is the lowest. Throws std::invalid_argument for a size below 1 or
-  // above max_grid_cells.
+  // (x, y) is the lower left corner [m]; row 0 is the lowest. Throws std::invalid_argument for a size below 1 or above
+  // max_grid_cells.
   OccupancyGrid(double x, double y, int columns, int rows, const GridParams& params);
 
-  // Draws the returns of one scan, points in base_link, seen from base_link's `pose`. What falls outside of the
-  // map is left out.
+  // Adds the returns of one scan: `points` and `laser` (the LiDAR's position) in base_link, with base_link at `pose` in
+  // the map. Beams that leave the map are ignored.
   void add(const Pose2& pose, const Point2& laser, std::span<const ScanPoint> points) noexcept;
 
   [[nodiscard]] Cell cell(int column, int row) const noexcept;

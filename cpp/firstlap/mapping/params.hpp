@@ -1,4 +1,4 @@
-// Every parameter of mapping, with its default, unit, range and meaning.
+// Parameters of mapping, with default, unit, range and meaning.
 #pragma once
 
 #include <string_view>
@@ -57,7 +57,7 @@ struct MatchParams {
   }
 };
 
-// The pose graph: which scans are kept, what is matched with what, when a loop is closed.
+// Pose graph: keyframes, edges and loop closures.
 struct GraphParams {
   double keyframe_distance = 0.25;
   double keyframe_angle = 0.15;
@@ -87,12 +87,10 @@ struct GraphParams {
         Field{"odometry_angle", &P::odometry_angle, "rad", 0.0005, 0.5, "heading error of the odometry per meter"},
         Field{"match_weight", &P::match_weight, "", 0.001, 1.0, "independent measurements per matched point"},
         Field{"loop_travel", &P::loop_travel, "m", 2.0, 500.0, "minimum length of a loop"},
-        Field{"loop_radius", &P::loop_radius, "m", 0.05, 10.0,
-              "distance between two poses within which a loop closure is searched"},
+        Field{"loop_radius", &P::loop_radius, "m", 0.05, 10.0, "maximum distance between two poses of a loop closure"},
         Field{"loop_drift", &P::loop_drift, "", 0.0, 0.2,
-              "growth of that distance per meter driven between the two poses"},
-        Field{"loop_angle", &P::loop_angle, "rad", 0.02, 1.6,
-              "largest rotation between two poses that still counts as a loop closure"},
+              "growth of this distance per meter driven between the two poses"},
+        Field{"loop_angle", &P::loop_angle, "rad", 0.02, 1.6, "maximum rotation between two poses of a loop closure"},
         Field{"loop_fit", &P::loop_fit, "", 0.1, 1.0, "share of points that must match for a loop closure"},
         Field{"loop_agree", &P::loop_agree, "", 1.0, 100.0, "consecutive scans that must agree on a loop closure"},
         Field{"loop_agree_distance", &P::loop_agree_distance, "m", 0.01, 2.0,

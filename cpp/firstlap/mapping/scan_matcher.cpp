@@ -17,7 +17,7 @@ struct Frame {
   double x, y, c, s;
 };
 
-// What the prior pulls: the pose's way from the guess, in the cloud's frame.
+// Adds the prior: the deviation of the pose from the guess, in the cloud's frame.
 void add_prior(Normal3& normal, const Pose2& pose, const Pose2& guess, const Prior& prior) {
   const double turn = wrap_angle(pose.yaw - guess.yaw), c = std::cos(guess.yaw), s = std::sin(guess.yaw);
   const double dx = pose.x - guess.x, dy = pose.y - guess.y;
@@ -27,7 +27,8 @@ void add_prior(Normal3& normal, const Pose2& pose, const Pose2& guess, const Pri
   normal.add(0.0, 0.0, 1.0, turn, 1.0 / (prior.yaw * prior.yaw));
 }
 
-// One round: every point pulls toward the line through its partner, Cauchy weighted. Sets fit and rms.
+// One iteration: the residuals are distances to the line through the corresponding point, with Cauchy weights. Also
+// computes fit and rms.
 Normal3 gather(std::span<const CloudPoint> cloud, const ReferenceCloud& reference, const MatchParams& params,
                double reach, Match& result) {
   Normal3 normal;

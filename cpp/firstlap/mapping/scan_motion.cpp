@@ -6,16 +6,16 @@
 namespace firstlap::mapping {
 namespace {
 
-constexpr double interval = 0.09;  // [s] a step lasts at least, once the velocity is known: the longer, the exacter
-constexpr double longest = 0.6;    // [s] a step lasts at most
-constexpr double good_fit = 0.85;  // no other guess is tried from here on
-constexpr double lost_fit = 0.5;   // below, the velocity is not known
-// The scans decide; where they say nothing the guess stays.
+constexpr double interval = 0.09;  // [s] minimum duration of a step while tracking; longer steps are more accurate
+constexpr double longest = 0.6;    // [s] maximum duration of a step
+constexpr double good_fit = 0.85;  // above this fit no second guess is tried
+constexpr double lost_fit = 0.5;   // below this fit the velocity is unknown
+// A weak prior: the scans decide, and the guess counts only where they give no information.
 constexpr Prior weak{0.5, 0.5, 0.5};
 
 std::span<const CloudPoint> points_of(const CloudMaker& maker) { return {maker.cloud().begin(), maker.cloud().end()}; }
 
-// The share of all points that holds the cloud along x, what y and yaw leave of it.
+// Share of all points that constrain the cloud along x, after y and yaw are eliminated.
 double share_along(const Match& match, const MatchParams& params, std::size_t points) {
   const auto& h = match.information;
   const double det = h[4] * h[8] - h[5] * h[5];
@@ -49,7 +49,7 @@ std::optional<ScanStep> ScanMotion::add(const LaserScan& scan, double time) {
   return step;
 }
 
-// From the last velocity; where that does not fit, also from standing.
+// Matches from the last velocity; if that does not fit, also from standstill.
 Match ScanMotion::best_match(double elapsed) const noexcept {
   const Pose2 rolled{velocity_.x * elapsed, velocity_.y * elapsed, velocity_.yaw * elapsed};
   const auto from = [&](const Pose2& guess) { return match(points_of(maker_), kept_->cloud, guess, weak, match_); };

@@ -1,4 +1,4 @@
-// How the car moved between scans, from the scans alone: nothing that it measures about itself goes in.
+// Motion of the car between scans, from the scans alone, without odometry.
 #pragma once
 
 #include <limits>
@@ -14,21 +14,21 @@
 namespace firstlap::mapping {
 
 struct ScanStep {
-  double begin = 0.0, end = 0.0;  // [s] of the two scans
-  Pose2 motion{};                 // base_link at the end as seen from base_link at the begin
-  double fit = 0.0;               // share of the points that lie on the walls of the scan before
-  double along = 0.0;             // share of them that tells how far the car went; near 0 in a bare corridor
+  double begin = 0.0, end = 0.0;  // [s] times of the two scans
+  Pose2 motion{};                 // base_link at the end, in base_link at the beginning
+  double fit = 0.0;               // share of the points that lie on the walls of the earlier scan
+  double along = 0.0;  // share of the points that constrain the forward motion; near 0 in a featureless corridor
 };
 
 class ScanMotion {
  public:
   ScanMotion(const CloudParams& cloud, const MatchParams& match, const CarGeometry& car);
 
-  // time: [s] of the scan's last beam. The motion since the scan that was kept before, once it is old enough to tell;
-  // nothing until then, after a gap, and for a scan whose header makes no sense.
+  // `time`: [s] of the scan's last beam. Returns the motion since the reference scan once that is old enough; nothing
+  // before that, after a gap, or for a scan with an invalid header.
   std::optional<ScanStep> add(const LaserScan& scan, double time);
 
-  // As if no scan had come.
+  // Clears all earlier scans.
   void forget() noexcept {
     kept_.reset();
     tracking_ = false;
@@ -51,8 +51,8 @@ class ScanMotion {
   MatchParams match_;
   std::optional<Kept> kept_;
   ScanPeriod period_{};
-  double heard_ = never;   // [s] of the last scan's last beam
-  Pose2 velocity_{};       // [m/s], [rad/s] over the last step
+  double heard_ = never;   // [s] time of the last scan's last beam
+  Pose2 velocity_{};       // [m/s], [rad/s] mean over the last step
   bool tracking_ = false;  // whether velocity_ is known
 };
 

@@ -14,8 +14,8 @@ Pose2 laser_pose(const Car& car, const Pose2& base_link) noexcept {
 
 Car default_car() { return {}; }
 
-// ForzaETH race_stack, stack_master/config/NUC2 (2024). The servo's time constant was identified with its delay
-// in it, so none is added. Motor limits and sensors are the default car's.
+// ForzaETH race_stack, stack_master/config/NUC2 (2024). The servo's time constant was identified including its delay,
+// so no delay is added. Motor limits and sensors are those of the default car.
 Car nuc2_car() {
   Car car;
   car.geometry.wheelbase = 0.307;
@@ -38,7 +38,7 @@ Car nuc2_car() {
   return car;
 }
 
-// f1tenth_gym's default parameters; the laser as in f1tenth_gym_ros, the state without noise. Its rectangle is
+// f1tenth_gym's default parameters, with the LiDAR of f1tenth_gym_ros and a state without noise. Its rectangle is
 // centered on the center of gravity.
 Car gym_car() {
   Car car;

@@ -1,4 +1,4 @@
-// The cars one can simulate.
+// The cars that can be simulated.
 #pragma once
 
 #include "firstlap/common/car_geometry.hpp"
@@ -16,11 +16,11 @@ struct Car {
   LidarParams lidar{};
 };
 
-// Where the laser is, in the frame in which `base_link` is given, its mounting errors included.
+// Pose of the LiDAR, including its mounting errors, in the frame of `base_link`.
 Pose2 laser_pose(const Car& car, const Pose2& base_link) noexcept;
 
 Car default_car();
-Car nuc2_car();  // ForzaETH's NUC2, identified on track
-Car gym_car();   // f1tenth_gym's: linear tires, its scan; for conformance, not for lap-time claims
+Car nuc2_car();  // ForzaETH's NUC2, with identified parameters
+Car gym_car();   // f1tenth_gym's car: linear tires and its scan; for conformance tests, not for lap times
 
 }  // namespace firstlap::sim

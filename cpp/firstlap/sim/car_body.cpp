@@ -10,10 +10,11 @@
 namespace firstlap::sim {
 namespace {
 
-constexpr int most_turns = 3;  // by which a beam's angle, with the mounting turned in, may exceed (-pi, pi]
+constexpr int most_turns =
+    3;  // maximum number of turns by which a beam angle including the mounting may exceed (-pi, pi]
 constexpr float inf = std::numeric_limits<float>::infinity();
 
-// Range along the unit vector (c, s) to the segment from (x1, y1) to (x2, y2), all in the laser's frame; none: inf.
+// Range along the unit vector (c, s) to the segment from (x1, y1) to (x2, y2), in the LiDAR's frame; inf without a hit.
 double range_to(double c, double s, double x1, double y1, double x2, double y2) noexcept {
   const double dx = x2 - x1, dy = y2 - y1, across = c * dy - s * dx;
   if (across == 0.0) return inf;

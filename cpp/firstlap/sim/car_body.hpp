@@ -1,4 +1,4 @@
-// Cars as obstacles: rectangles that a LiDAR sees and that other cars touch. Map frame, SI units.
+// Cars as obstacles: rectangles visible to LiDARs and solid to other cars. Map frame, SI units.
 #pragma once
 
 #include <array>
@@ -11,11 +11,11 @@
 
 namespace firstlap::sim {
 
-// The four edges of a car's rectangle with base_link at `pose`, counter-clockwise.
+// The four edges of the car's rectangle with base_link at `pose`, counterclockwise.
 std::array<WallSegment, 4> body_edges(const CarGeometry& car, const Pose2& pose) noexcept;
 
-// Brings the ranges of beams [first, last) down to where they meet one of the edges. `out` holds all beams, as
-// Lidar::scan left them.
+// Shortens the ranges of beams [first, last) to where they meet one of the edges. `out` holds all beams, from
+// Lidar::scan.
 void draw_body(const LidarParams& lidar, const Pose2& laser, std::span<const WallSegment, 4> edges, int first, int last,
                std::span<float> out) noexcept;
 

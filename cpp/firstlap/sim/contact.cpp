@@ -29,7 +29,7 @@ WallSegment to_base_link(const Pose2& base_link, const WallSegment& w) noexcept 
   return {a.x, a.y, b.x, b.y};
 }
 
-// Narrows [t0, t1] to where start + t step lies in [low, high]; false when nothing is left.
+// Narrows [t0, t1] to where start + t step lies in [low, high]; false if nothing is left.
 bool clip(double start, double step, double low, double high, double& t0, double& t1) noexcept {
   if (step == 0.0) return start >= low && start <= high;
   double enter = (low - start) / step, leave = (high - start) / step;
@@ -39,7 +39,7 @@ bool clip(double start, double step, double low, double high, double& t0, double
   return t0 <= t1;
 }
 
-// Where along the segment (0 to 1) the middle of its part inside the box lies (Liang and Barsky, 1984).
+// Middle of the segment's part inside the box, as a fraction of the segment (Liang and Barsky, 1984).
 std::optional<double> middle_inside(const Box& box, const WallSegment& w) noexcept {
   double t0 = 0.0, t1 = 1.0;
   if (!clip(w.x1, w.x2 - w.x1, box.x0, box.x1, t0, t1)) return std::nullopt;
@@ -52,7 +52,7 @@ double distance_to_box(const Box& box, double x, double y) noexcept {
   return std::sqrt(dx * dx + dy * dy);
 }
 
-// Both are convex: apart, the nearest points include a corner or an end.
+// Both are convex: without overlap, the nearest points include a corner or an end point.
 double distance(const Box& box, const WallSegment& w) noexcept {
   if (middle_inside(box, w)) return 0.0;
   double best = std::min(distance_to_box(box, w.x1, w.y1), distance_to_box(box, w.x2, w.y2));

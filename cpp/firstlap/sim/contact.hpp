@@ -1,4 +1,4 @@
-// The car's rectangle against walls, exactly. Poses are of base_link in the map frame.
+// Exact contact and clearance of the car's rectangle. Poses are of base_link in the map frame.
 #pragma once
 
 #include <optional>
@@ -9,17 +9,17 @@
 
 namespace firstlap::sim {
 
-// A point [m, map frame] common to the rectangle and the segment, the middle of the common part; none if apart.
+// A point [m, map frame] common to rectangle and segment, the middle of the common part; none without contact.
 std::optional<Point2> touch(const CarGeometry& car, const Pose2& base_link, const WallSegment& segment) noexcept;
 
-// Distance [m] between the rectangle and the segment; 0 when they touch.
+// Distance [m] between rectangle and segment; 0 in contact.
 double clearance(const CarGeometry& car, const Pose2& base_link, const WallSegment& segment) noexcept;
 
-// The same against all solid segments; +inf without one.
+// The same for all solid segments; +inf if there are none.
 std::optional<Point2> touch(const CarGeometry& car, const Pose2& base_link, const Walls& walls) noexcept;
 double clearance(const CarGeometry& car, const Pose2& base_link, const Walls& walls) noexcept;
 
-// Farthest point of the rectangle from base_link [m].
+// Distance [m] from base_link to the farthest point of the rectangle.
 double reach(const CarGeometry& car) noexcept;
 
 }  // namespace firstlap::sim

@@ -1,5 +1,4 @@
-// How long this thread has computed. Unlike the wall clock it does not count what other programs, or other
-// races, took of the processor meanwhile; nor does it count waiting.
+// CPU time of this thread. Unlike the wall clock it excludes waiting and the time taken by other programs or races.
 #pragma once
 
 #include <chrono>

@@ -1,4 +1,4 @@
-// Transport delay of a command: what was put in at t comes out at t + delay. Fixed memory.
+// Transport delay of a command: a value pushed for time t is returned from t on. Fixed memory.
 #pragma once
 
 #include <array>
@@ -13,14 +13,14 @@ class DelayLine {
     head_ = tail_ = 0;
   }
 
-  // `value` takes effect at `time` [s], but not before those that came earlier: a delay that gets shorter changes no
-  // order. When full, the oldest takes effect at once.
+  // `value` takes effect at `time` [s], but not before earlier values: a shrinking delay does not change their order.
+  // If the line is full, the oldest value takes effect immediately.
   void push(double time, double value) noexcept {
     if (tail_ - head_ == entries_.size()) current_ = entries_[head_++ % entries_.size()].value;
     entries_[tail_++ % entries_.size()] = {time, value};
   }
 
-  // The value in effect at `time` [s]; times must not decrease.
+  // The value in effect at `time` [s]. Times must not decrease.
   double at(double time) noexcept {
     while (head_ != tail_ && entries_[head_ % entries_.size()].time <= time + 1e-9) {
       current_ = entries_[head_++ % entries_.size()].value;

@@ -1,5 +1,5 @@
-// f1tenth_gym's car: the single-track model of Althoff and Wuersching, "CommonRoad: Vehicle Models" (2020),
-// section 6, with linear tires, and the low-level control that f1tenth_gym puts before it.
+// f1tenth_gym's car: the single-track model of Althoff and Wuersching, "CommonRoad: Vehicle Models" (2020), section 6,
+// with linear tires, and f1tenth_gym's low-level control.
 #include <algorithm>
 #include <cmath>
 
@@ -11,7 +11,7 @@ namespace {
 
 constexpr double gravity = 9.81;         // [m/s^2]
 constexpr double kinematic_below = 0.5;  // [m/s]
-constexpr double steering_close = 1e-4;  // [rad] near enough not to steer
+constexpr double steering_close = 1e-4;  // [rad] error below which the steering rate is 0
 
 double limited_rate(const CarGeometry& geometry, double steering, double rate) noexcept {
   const bool at_right = steering <= -geometry.steering_limit && rate <= 0.0;
@@ -40,7 +40,7 @@ GymState gym_derivative(const CarGeometry& geometry, const VehicleParams& p, con
     const double yaw_acceleration = (a * tangent + v * rate * (1.0 + tangent * tangent)) / wheelbase;
     return {v * std::cos(yaw), v * std::sin(yaw), rate, a, v * tangent / wheelbase, yaw_acceleration, 0.0};
   }
-  // Cornering stiffness times load, each divided by mass / wheelbase.
+  // Cornering stiffness times axle load, each divided by mass / wheelbase.
   const double front = p.gym_stiffness_front * (gravity * p.l_r - a * p.cg_height);
   const double rear = p.gym_stiffness_rear * (gravity * p.l_f + a * p.cg_height);
   const double turn = yaw_rate / v;

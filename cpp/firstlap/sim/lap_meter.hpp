@@ -1,4 +1,4 @@
-// Adds up a lap while it is driven.
+// Accumulates the statistics of the current lap.
 #pragma once
 
 #include <limits>
@@ -9,13 +9,13 @@ namespace firstlap::sim {
 
 class LapMeter {
  public:
-  // Part of a physics step that belongs to this lap: dt [s], distance [m], speed [m/s], offset [m].
+  // Adds the part of a physics step that belongs to this lap: dt [s], distance [m], speed [m/s], lateral offset [m].
   void add(double dt, double distance, double speed, double offset) noexcept;
   void add_clearance(double clearance) noexcept;                    // [m]
   double min_clearance() const noexcept { return min_clearance_; }  // [m] so far, +inf at the start
   double time() const noexcept { return time_; }                    // [s] so far
 
-  // The lap that ends here; the next one begins empty.
+  // Ends the lap and starts an empty one.
   Lap finish(bool standing) noexcept;
 
  private:

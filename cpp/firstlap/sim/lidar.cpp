@@ -15,10 +15,10 @@ namespace {
 constexpr float pi = std::numbers::pi_v<float>;
 constexpr float inf = std::numeric_limits<float>::infinity();
 constexpr float nan = std::numeric_limits<float>::quiet_NaN();
-constexpr float angle_error = 4e-6F;  // [rad] generous bound of approximate_atan2
-constexpr double widest_wedge = 1.2;  // [rad] < pi/2, so that two half planes and a front describe it
+constexpr float angle_error = 4e-6F;  // [rad] generous error bound of approximate_atan2
+constexpr double widest_wedge = 1.2;  // [rad] < pi/2, so that two half planes and a front describe the sector
 
-// In vectorisable operations only; at most 1e-6 rad off.
+// Vectorizable; error at most 1e-6 rad.
 inline float approximate_atan2(float y, float x) {
   const float ax = std::fabs(x), ay = std::fabs(y);
   const float longer = ax > ay ? ax : ay, shorter = ax > ay ? ay : ax;
@@ -42,10 +42,10 @@ inline int ceiling(float value) {
   return truncated + static_cast<int>(value > static_cast<float>(truncated));
 }
 
-// Positive when the beam (c, s) lies counter-clockwise of the point (x, y).
+// Positive if the beam (c, s) is counterclockwise of the point (x, y).
 inline double side(double x, double y, double c, double s) { return x * s - y * c; }
 
-// Points of the map, seen from the middle of the scan; (c, s) is its heading.
+// Transforms map points into the frame of the middle of the scan, whose heading is (c, s).
 void rotate(const double* __restrict map_x, const double* __restrict map_y, const Pose2& laser, double c, double s,
             double* __restrict x, double* __restrict y, std::size_t count) {
   const double laser_x = laser.x, laser_y = laser.y;
@@ -64,9 +64,9 @@ void keep_nearest(double* __restrict inverse, const double* __restrict c, const 
   }
 }
 
-// Every field, and those that belong together.
+// Checks every field, and combinations of fields.
 void check(const LidarParams& params) {
-  constexpr double rounding = 1e-6;  // [s] of periods as people write them
+  constexpr double rounding = 1e-6;  // [s] allows for rounded periods in files
   validate(params, "lidar");
   if (params.beams - params.beams_vary < 2) {
     throw std::invalid_argument("lidar.beams_vary is " + std::to_string(params.beams_vary) +
@@ -142,7 +142,8 @@ void Lidar::cast_wedge(const Pose2& laser, int first, int last, std::span<float>
   write_ranges(first, last, out);
 }
 
-// The blocks whose circle meets the wedge of beams [first, last), in the laser's frame. Returns their vertices.
+// Gathers the blocks whose bounding circle intersects the sector of beams [first, last), in the LiDAR's frame. Returns
+// the number of their vertices.
 std::size_t Lidar::gather(const Pose2& laser, int first, int last) {
   const VisibleWalls& walls = walls_->visible();
   const double c = std::cos(laser.yaw), s = std::sin(laser.yaw);
@@ -164,7 +165,7 @@ std::size_t Lidar::gather(const Pose2& laser, int first, int last) {
   return vertices;
 }
 
-// For each vertex a range of beams that holds the first beam at or after it, mostly just that one.
+// For each vertex a range of beams that contains the first beam at or after it, mostly only that one.
 void Lidar::index_vertices(std::size_t count) {
   const auto angle_min = static_cast<float>(-0.5 * params_.fov);
   const auto per_radian = static_cast<float>(1.0 / params_.beam_step());
@@ -181,7 +182,7 @@ void Lidar::index_vertices(std::size_t count) {
   }
 }
 
-// Settles the doubtful ones by the exact side of the beam, so that neighbors share edges without gaps.
+// Resolves doubtful vertices with the exact side of the beam, so that adjacent edges leave no gap.
 void Lidar::settle_indices(std::size_t count) {
   for (std::size_t i = 0; i < count; ++i) {
     int beam = beam_[i];
@@ -195,11 +196,11 @@ void Lidar::settle_indices(std::size_t count) {
   }
 }
 
-// Every edge covers the beams from its clockwise end up to, not including, its other end's.
+// Every edge covers the beams from its clockwise end up to, but not including, the beam of its other end.
 void Lidar::draw_block(std::size_t begin, std::size_t count, int first, int last) {
   for (std::size_t i = begin; i + 1 < begin + count; ++i) {
     const double cross = x_[i] * y_[i + 1] - y_[i] * x_[i + 1];
-    if (cross == 0.0) continue;  // seen edge-on
+    if (cross == 0.0) continue;  // edge-on
     const std::size_t right = cross > 0.0 ? i : i + 1, left = cross > 0.0 ? i + 1 : i;
     const int from = beam_[right], to = beam_[left];
     const bool passes_behind = y_[right] >= 0.0 && y_[left] < 0.0;
@@ -218,7 +219,7 @@ void Lidar::write_ranges(int first, int last, std::span<float> out) const {
   const double* inverse = inverse_range_.data();
   const auto range_min = static_cast<float>(params_.range_min), range_max = static_cast<float>(params_.range_max);
   const auto scale = static_cast<float>(params_.range_scale);
-  // The scan's own beam of internal beam 0, and the step to the next.
+  // Scan index of internal beam 0, and the step to the next.
   const int begin = params_.turns_right() ? params_.beams - 1 : 0, step = params_.turns_right() ? -1 : 1;
   float* ranges = out.data();
   for (int i = first; i < last; ++i) {
@@ -237,7 +238,7 @@ void Lidar::add_noise(std::span<float> ranges, Rng& rng) const {
       range = noisy > 0.0F || range < 0.0F ? noisy : 0.0F;
     }
   }
-  if (params_.dropout_rate > 0.0) {  // the gaps between lost beams are geometric
+  if (params_.dropout_rate > 0.0) {  // the gaps between lost beams follow a geometric distribution
     const double log_kept = std::log1p(-params_.dropout_rate);
     const auto gap = [&] { return std::min(std::log1p(-rng.uniform()) / log_kept, 1e6); };
     for (auto i = static_cast<std::size_t>(gap()); i < ranges.size(); i += 1 + static_cast<std::size_t>(gap())) {
@@ -254,8 +255,8 @@ void Lidar::add_noise(std::span<float> ranges, Rng& rng) const {
   if (static_cast<NoReturn>(params_.no_return) == NoReturn::zero) std::replace(ranges.begin(), ranges.end(), inf, 0.0F);
 }
 
-// Lost blocks and runs of kept beams in turn. The runs' lengths are exponential about the mean that makes the
-// share come out; the scan begins somewhere in the first block or run, so that no angle is lost more often.
+// Alternating lost blocks and runs of kept beams. The lengths of the runs are exponential, with the mean that gives the
+// share; the scan starts at a random place in the first block or run, so that all angles are lost equally often.
 void Lidar::drop_blocks(std::span<float> ranges, Rng& rng) const {
   const double block = params_.dropout_block_beams, share = params_.dropout_block_share;
   const double mean_run = block * (1.0 - share) / share;

@@ -1,6 +1,6 @@
-// An exact planar LiDAR without ray marching: a depth buffer over the beam index. Along a wall 1/r is linear
-// in (cos, sin) of the beam angle, 1/r = (n . u) / (n . a) with n the wall's normal, a a point on it and u the
-// beam's direction, so the nearest wall of each beam is the largest 1/r.
+// An exact planar LiDAR without ray marching: a depth buffer over the beam index. Along a wall, 1/r is linear in (cos,
+// sin) of the beam angle: 1/r = (n . u) / (n . a) with the wall's normal n, a point a on it and the beam's direction u.
+// The nearest wall of each beam has the largest 1/r.
 #pragma once
 
 #include <cstddef>
@@ -15,15 +15,15 @@
 
 namespace firstlap::sim {
 
-// How a LiDAR's driver reports a beam that meets nothing within range_max.
+// How the LiDAR's ROS driver reports a beam without a return within range_max.
 enum class NoReturn : int {
-  infinite = 0,   // +inf, as REP 117 asks
+  infinite = 0,   // +inf, as in REP 117
   nan = 1,        // NaN
   zero = 2,       // 0
   range_max = 3,  // clipped at range_max before the noise is added
 };
 
-// Defaults: Hokuyo UTM-30LX, mounted to look ahead.
+// Defaults: Hokuyo UTM-30LX, facing forward.
 struct LidarParams {
   int beams = 1081;
   int beams_vary = 0;
@@ -73,11 +73,11 @@ struct LidarParams {
 
   double beam_step() const noexcept { return fov / (beams - 1); }  // [rad] between beams, > 0
 
-  // As the LiDAR's driver reports them, in the laser's own frame [rad].
+  // As reported by the LiDAR's ROS driver, in the LiDAR's own frame [rad].
   double own_angle_increment() const noexcept { return clockwise ? -beam_step() : beam_step(); }
   double own_angle_min() const noexcept { return center_angle - (clockwise ? -0.5 : 0.5) * fov; }
 
-  // The same with the mounting turned in: seen from base_link's heading [rad].
+  // The same including the mounting, relative to base_link's heading [rad].
   bool turns_right() const noexcept { return clockwise != upside_down; }
   double middle() const noexcept { return yaw + (upside_down ? -center_angle : center_angle); }
   double angle_increment() const noexcept { return turns_right() ? -beam_step() : beam_step(); }
@@ -89,27 +89,27 @@ class Lidar {
   // Keeps a reference to `walls`. Throws std::invalid_argument for a parameter outside its range.
   Lidar(const LidarParams& params, const Walls& walls);
 
-  // Begins a scan: `ranges` gets its number of beams, which varies by `beams_vary`.
+  // Starts a scan: resizes `ranges` to its number of beams, which varies by `beams_vary`.
   void begin_scan(Rng& rng, std::vector<float>& ranges);
 
-  // The scans from here on have so many beams over the same angle.
+  // Sets the number of beams of all later scans, over the same angle.
   void set_beams(int beams);
 
-  // Exact ranges [m] from the laser's pose in the map frame, which has base_link's heading: the mounting is in the
-  // parameters. `out` holds all beams in the order of the scan. Beams that hit nothing within range_max are +inf, walls
-  // nearer than range_min -inf.
+  // Exact ranges [m]. `laser`: the LiDAR's position in the map frame with base_link's heading; the mounting angle is in
+  // the parameters. `out` holds all beams in scan order. Beams without a wall within range_max are +inf, walls closer
+  // than range_min -inf.
   void scan(const Pose2& laser, std::span<float> out);
 
-  // The same for beams [first, last) only; the others of `out` (all beams) are left alone.
+  // The same for beams [first, last) only; the others of `out` (all beams) are unchanged.
   void scan_sector(const Pose2& laser, int first, int last, std::span<float> out);
 
-  // Range noise and lost beams on a complete scan, and what the LiDAR says where nothing returned.
+  // Adds range noise and lost beams to a complete scan, and replaces missing returns by the value for no return.
   void add_noise(std::span<float> ranges, Rng& rng) const;
 
-  // The header that belongs to `ranges`, however many they are; its angles with the mounting turned in.
+  // The scan message of `ranges`, for any number of beams. Its angles include the mounting.
   LaserScan view(std::span<const float> ranges) const noexcept;
 
-  // Of the scan under way: `beams` is its own number.
+  // Of the current scan, with its number of beams.
   const LidarParams& params() const noexcept { return params_; }
 
  private:
@@ -124,13 +124,13 @@ class Lidar {
   LidarParams params_;
   int most_beams_ = 0;
   const Walls* walls_;
-  // Beams are cast right to left, seen from the middle of the scan; only write_ranges knows of their order in it.
-  std::vector<double> cos_, sin_;      // of each beam, seen from the middle of the scan
-  std::vector<double> inverse_range_;  // the depth buffer [1/m]
-  std::vector<double> x_, y_;          // vertices, seen from the middle of the scan [m]
+  // Beams are cast right to left, relative to the middle of the scan; only write_ranges converts to scan order.
+  std::vector<double> cos_, sin_;      // of each beam, relative to the middle of the scan
+  std::vector<double> inverse_range_;  // [1/m] depth buffer
+  std::vector<double> x_, y_;          // [m] vertices, relative to the middle of the scan
   std::vector<int> beam_;              // first beam at or after each vertex
   std::vector<int> last_doubtful_;     // beams from beam_ to this one need the exact test
-  std::vector<std::size_t> counts_;    // vertices of each block gathered for this wedge
+  std::vector<std::size_t> counts_;    // vertices of each block in the current sector
 };
 
 }  // namespace firstlap::sim

@@ -37,7 +37,7 @@ void Obstacle::add_to_scan(const Pose2& laser, int first, int last, std::span<fl
   for (auto i = static_cast<std::size_t>(std::max(first, 0)); i < end; ++i) ranges[i] = std::min(ranges[i], ranges_[i]);
 }
 
-// The sides alone would miss a car that stands wholly inside a large box when it appears.
+// Testing the sides alone would miss a car that is entirely inside a large box when it appears.
 std::optional<Point2> Obstacle::touch(const CarGeometry& car, const Pose2& base_link) const noexcept {
   if (const auto found = sim::touch(car, base_link, walls_)) return found;
   const double dx = base_link.x - middle_.x, dy = base_link.y - middle_.y;

@@ -1,5 +1,5 @@
-// A box that was not there a moment ago: it appears on the track when the car comes near, is seen by the LiDAR
-// and solid from then on, and stays.
+// A sudden obstacle: a box that appears on the track when the car comes near. From then on it is visible, solid and
+// stays.
 #pragma once
 
 #include <optional>
@@ -13,26 +13,26 @@
 
 namespace firstlap::sim {
 
-// The four sides of a box [m], `length` along the heading of its middle, `width` across, counter-clockwise.
+// The four sides of a box [m], `length` along the heading of its center, `width` across, counterclockwise.
 Walls box_walls(const Pose2& middle, double length, double width);
 
 class Obstacle {
  public:
-  // Throws std::invalid_argument where the middle is not finite or the lidar's parameters are wrong.
+  // Throws std::invalid_argument if the center is not finite or a LiDAR parameter is out of range.
   Obstacle(const Pose2& middle, double length, double width, const LidarParams& lidar);
 
   Obstacle(const Obstacle&) = delete;
   Obstacle& operator=(const Obstacle&) = delete;
 
-  // Beams [first, last) of `ranges` where the box is nearer than what they hold: exact, as Lidar::scan_sector.
+  // Shortens the ranges of beams [first, last) to the box where it is nearer, exactly as Lidar::scan_sector does.
   void add_to_scan(const Pose2& laser, int first, int last, std::span<float> ranges);
 
   const Pose2& middle() const noexcept { return middle_; }
   const Walls& walls() const noexcept { return walls_; }
 
-  // Whether any of the box lies in the car's rectangle or the car in the box.
+  // A contact point if box and car overlap, even if one is inside the other.
   std::optional<Point2> touch(const CarGeometry& car, const Pose2& base_link) const noexcept;
-  double clearance(const CarGeometry& car, const Pose2& base_link) const noexcept;  // [m], 0 when they touch
+  double clearance(const CarGeometry& car, const Pose2& base_link) const noexcept;  // [m], 0 in contact
 
  private:
   Pose2 middle_;

@@ -7,7 +7,7 @@
 namespace firstlap::sim {
 namespace {
 
-constexpr double window = 2.0;  // [m] of arc length searched either way
+constexpr double window = 2.0;  // [m] of arc length searched in both directions
 
 double gap(Point2 a, Point2 b) { return std::hypot(b.x - a.x, b.y - a.y); }
 

@@ -1,5 +1,6 @@
-// Progress along a closed centerline: arc length s and lateral offset (left positive) of a moving point, and
-// the laps it makes. Found near the previous place only, so that a neighboring part of the track never counts.
+// Progress along a closed centerline: arc length s, lateral offset (left positive) and distance traveled of a moving
+// point. The search is limited to the neighborhood of the previous position, so that a neighboring part of the track is
+// never matched.
 #pragma once
 
 #include <cstddef>
@@ -17,20 +18,20 @@ struct Projection {
 
 class Progress {
  public:
-  // Closed, in the direction of travel, the first point not repeated. Throws std::invalid_argument for fewer
-  // than three points, a point that is not finite, or length 0. Doubled points are dropped.
+  // `centerline`: closed, in the direction of travel, first point not repeated. Throws std::invalid_argument for fewer
+  // than three points, a point that is not finite, or length 0. Duplicate points are dropped.
   explicit Progress(std::span<const Point2> centerline);
 
   double length() const noexcept { return length_; }  // [m]
   Pose2 pose_at(double s) const noexcept;             // any s [m]; heading along the centerline
-  Projection locate(Point2 point) const noexcept;     // nearest anywhere
+  Projection locate(Point2 point) const noexcept;     // nearest point of the whole centerline
 
-  void reset(Point2 point) noexcept;   // nearest anywhere; traveled becomes 0
-  void update(Point2 point) noexcept;  // nearest within 2 m of arc length of the last place
+  void reset(Point2 point) noexcept;   // nearest point of the whole centerline; sets traveled to 0
+  void update(Point2 point) noexcept;  // nearest point within 2 m of arc length of the last one
 
   double s() const noexcept { return place_.s; }                    // [m] in [0, length)
   double lateral_offset() const noexcept { return place_.offset; }  // [m] left positive
-  double traveled() const noexcept { return travelled_; }           // [m] since reset, laps included, signed
+  double traveled() const noexcept { return travelled_; }           // [m] since reset, over all laps, signed
 
  private:
   struct Candidate {
@@ -44,7 +45,7 @@ class Progress {
   std::size_t previous(std::size_t i) const noexcept { return i == 0 ? points_.size() - 1 : i - 1; }
 
   std::vector<Point2> points_;
-  std::vector<double> s_;  // arc length at each point, and the whole length at the end
+  std::vector<double> s_;  // arc length at each point, and the total length at the end
   double length_ = 0.0;
   Projection place_{};
   std::size_t index_ = 0;

@@ -12,7 +12,7 @@
 namespace firstlap::sim {
 namespace {
 
-// The car as these options make it.
+// The car with the changes from the options.
 Car adapted(Car car, const RaceOptions& options) {
   validate(options, "race");
   car.vehicle.friction *= options.mu_scale;
@@ -88,7 +88,7 @@ bool Race::advance() {
   return !over();
 }
 
-// One physics step, the i-th (from 1) of this scan period.
+// Physics step `i` (from 1) of this scan period.
 void Race::move(int i) {
   const Pose2 before = vehicle_.pose();
   vehicle_.step(step_);
@@ -102,8 +102,8 @@ void Race::move(int i) {
   if (!over()) drive_if_free();
 }
 
-// The beams that fall into the i-th step, from the pose in the middle of their time. The last beam is measured
-// at the scan instant, the first sweep_time before.
+// Casts the beams that fall into step `i`, from the pose in the middle of their time. The last beam is measured at the
+// scan time, the first one sweep_time earlier.
 void Race::sweep(const Pose2& before, const Pose2& after, int i) {
   const double duration = car_.lidar.sweep_time, begin = period_ - duration;
   const auto beam_at = [&](double time) {
@@ -121,7 +121,7 @@ void Race::sweep(const Pose2& before, const Pose2& after, int i) {
   next_beam_ = last;
 }
 
-// Shares the step between the laps it belongs to; the line is crossed in between, linearly.
+// Splits the step between the laps that it belongs to, interpolating the crossing of the line.
 void Race::check_laps(double distance) {
   const double before = progress_.traveled();
   const Pose2 pose = vehicle_.pose();
@@ -142,8 +142,8 @@ void Race::check_laps(double distance) {
   meter_.add((1.0 - share) * step_, (1.0 - share) * distance, speed, offset);
 }
 
-// The box appears once, and then stays for the rest of the race. It must also be near along the track: in a
-// hairpin it may be close by, and yet far ahead.
+// The box appears once and stays for the rest of the race. It must also be near along the track: in a hairpin it may be
+// close, but far ahead.
 void Race::check_obstacle() {
   if (!box_) return;
   Obstacle& box = *box_;
@@ -166,8 +166,8 @@ void Race::check_obstacle() {
   end_by_contact(box.touch(car_.geometry, pose).value_or(Point2{pose.x, pose.y}), true);
 }
 
-// The exact test only when the car may have come closer than ever in this lap: between tests the clearance
-// shrinks by no more than the farthest point of the car moves.
+// The exact test is needed only if the car may have come closer than ever in this lap: between tests the clearance
+// shrinks by at most the displacement of the car's farthest point.
 void Race::check_contact() {
   const Pose2 pose = vehicle_.pose();
   const double turn = std::abs(std::remainder(pose.yaw - last_pose_.yaw, 2.0 * std::numbers::pi));
@@ -185,7 +185,7 @@ void Race::end_by_contact(Point2 point, bool obstacle) {
   result_.outcome = Outcome::contact;
 }
 
-// A new scan; one that still waits has come too late for ever.
+// A new scan replaces a waiting one, which is skipped.
 void Race::receive() {
   if (waiting_) ++result_.skipped_scans;
   waiting_ranges_ = ranges_;
@@ -210,7 +210,7 @@ void Race::drive() {
   const double spent = cpu_seconds() - begin;
   result_.compute_times.push_back(static_cast<float>(1e6 * spent));
 
-  // Physics stands at its steps; the driver began as soon as it had both time and scan.
+  // Physics advances in steps; the driver started as soon as it was idle and had a scan.
   const double scanned = static_cast<double>(waiting_scan_) * period_;
   const double begun = std::min(std::max(busy_until_, scanned), result_.time);
   busy_until_ = begun + (options_.measure_latency ? spent : options_.compute_latency);

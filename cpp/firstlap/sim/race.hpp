@@ -1,6 +1,6 @@
-// One car, one track, one driver, some laps. The race is stepped scan by scan; the same seed gives the same
-// race, bit for bit. The driver computes over one scan at a time: while it is busy the newest scan waits, older
-// ones are skipped, and its command comes when it is done.
+// One car on one track with one driver, for some laps. The race is stepped scan by scan; the same seed gives the same
+// race, bit for bit. The driver processes one scan at a time: while it is busy, the newest scan waits, older ones are
+// skipped, and its command takes effect when it is done.
 #pragma once
 
 #include <cstdint>
@@ -24,12 +24,12 @@ namespace firstlap::sim {
 
 struct Track {
   Walls walls;
-  std::vector<Point2> centerline;  // [m] closed, in the direction of travel, the first point not repeated
+  std::vector<Point2> centerline;  // [m] closed, in the direction of travel, first point not repeated
 };
 
 struct RaceOptions {
   int laps = 3;
-  std::uint64_t seed = 1;  // not in the table: all 64 bits are good
+  std::uint64_t seed = 1;  // not a field: all 64 bits are valid
   double start_s = 0.0;
   double start_offset = 0.0;
   double start_yaw = 0.0;
@@ -54,8 +54,8 @@ struct RaceOptions {
     return std::tuple{
         Field{"laps", &P::laps, "", 1.0, 1000000.0, "number of laps, including the standing-start lap"},
         Field{"start_s", &P::start_s, "m", -1e6, 1e6, "arc length of the start and finish line"},
-        Field{"start_offset", &P::start_offset, "m", -10.0, 10.0, "start left of the centerline"},
-        Field{"start_yaw", &P::start_yaw, "rad", -3.2, 3.2, "start turned left of the centerline"},
+        Field{"start_offset", &P::start_offset, "m", -10.0, 10.0, "lateral start position, left of the centerline"},
+        Field{"start_yaw", &P::start_yaw, "rad", -3.2, 3.2, "start heading relative to the centerline, left"},
         Field{"mu_scale", &P::mu_scale, "", 0.05, 3.0, "scale of the car's friction"},
         Field{"delay_extra", &P::delay_extra, "s", 0.0, 0.3, "added to steering and speed delay"},
         Field{"compute_latency", &P::compute_latency, "s", 0.0, 0.3, "compute time of the driver per scan"},
@@ -83,27 +83,27 @@ struct RaceOptions {
 
 class Race {
  public:
-  // Keeps references to track and driver, resets the driver and stands base_link on the line. Throws
-  // std::invalid_argument for a parameter, a track or a start that cannot be.
+  // Keeps references to track and driver, resets the driver and places base_link on the start line. Throws
+  // std::invalid_argument for an invalid parameter, track or start.
   Race(const Track& track, const Car& car, Driver& driver, const RaceOptions& options = {});
 
   Race(const Race&) = delete;
   Race& operator=(const Race&) = delete;
 
-  // One scan period: the car moves, is scanned on the way, the driver steps at its end. False when the race
-  // is over. To interrupt a race, stop calling.
+  // Advances by one scan period: the car moves, is scanned meanwhile, and the driver steps at the end. Returns false
+  // when the race is over. To interrupt a race, stop calling.
   bool advance();
 
   const RaceResult& result() const noexcept { return result_; }
-  RaceResult take_result() { return std::move(result_); }  // the race is over after it
+  RaceResult take_result() { return std::move(result_); }  // ends the race
   bool over() const noexcept { return result_.outcome != Outcome::running; }
 
-  double time() const noexcept { return result_.time; }                          // [s]
+  double time() const noexcept { return result_.time; }                          // [s] simulated
   Pose2 pose() const noexcept { return vehicle_.pose(); }                        // base_link, true
   VehicleState state() const noexcept { return vehicle_.state(); }               // true
-  VehicleState measured() const noexcept { return measured_; }                   // what the driver was given last
-  LaserScan scan() const noexcept { return lidar_.view(given_); }                // what the driver was given last
-  StepResult step_result() const noexcept { return last_; }                      // what the driver gave last
+  VehicleState measured() const noexcept { return measured_; }                   // state given to the driver last
+  LaserScan scan() const noexcept { return lidar_.view(given_); }                // scan given to the driver last
+  StepResult step_result() const noexcept { return last_; }                      // result of the driver's last step
   double s() const noexcept { return progress_.s(); }                            // [m]
   double lateral_offset() const noexcept { return progress_.lateral_offset(); }  // [m]
   double track_length() const noexcept { return progress_.length(); }            // [m]
@@ -133,7 +133,7 @@ class Race {
   Rng lidar_rng_;
   LapMeter meter_;
   std::optional<Obstacle> box_;
-  Obstacle* obstacle_ = nullptr;  // the box, from when it has appeared
+  Obstacle* obstacle_ = nullptr;  // the box, once it has appeared
   int steps_per_scan_ = 1;
   double step_ = 0.0, period_ = 0.0;
   long scans_ = 0;
@@ -141,18 +141,18 @@ class Race {
   double best_travelled_ = 0.0, standing_since_ = 0.0;
   double clearance_bound_ = 0.0;
   Pose2 last_pose_{};
-  std::vector<float> ranges_;          // of the sweep under way
-  std::vector<float> waiting_ranges_;  // of the scan that waits for the driver
-  std::vector<float> given_;           // of the scan that the driver was given last
+  std::vector<float> ranges_;          // of the current sweep
+  std::vector<float> waiting_ranges_;  // of the scan waiting for the driver
+  std::vector<float> given_;           // of the last scan given to the driver
   bool waiting_ = false;
-  double busy_until_ = 0.0;  // [s] when the driver is done with the last one
+  double busy_until_ = 0.0;  // [s] when the driver will be done with it
   long driven_scan_ = 0, waiting_scan_ = 0;
   VehicleState measured_{}, waiting_state_{};
   StepResult last_{};
   RaceResult result_{};
 };
 
-// Drives until the race is over.
+// Runs a race to its end.
 RaceResult run(const Track& track, const Car& car, Driver& driver, const RaceOptions& options = {});
 
 }  // namespace firstlap::sim

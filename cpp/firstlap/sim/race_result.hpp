@@ -1,4 +1,4 @@
-// What a race leaves behind. Map frame, SI units, base_link.
+// The result of a race. Map frame, SI units, base_link.
 #pragma once
 
 #include <cstdint>
@@ -36,8 +36,8 @@ struct Lap {
   static constexpr auto columns() {
     using C = Lap;
     return std::tuple{
-        Column{"time", &C::time, "s", "from line to line"},
-        Column{"distance", &C::distance, "m", "driven by base_link"},
+        Column{"time", &C::time, "s", "line to line"},
+        Column{"distance", &C::distance, "m", "traveled by base_link"},
         Column{"mean_speed", &C::mean_speed, "m/s", "distance over time"},
         Column{"max_speed", &C::max_speed, "m/s", "highest"},
         Column{"min_clearance", &C::min_clearance, "m", "from the car to the nearest solid wall"},
@@ -57,10 +57,10 @@ struct Contact {
     using C = Contact;
     return std::tuple{
         Column{"time", &C::time, "s", "since the start"},
-        Column{"x", &C::x, "m", "of the place on the wall, map frame"},
-        Column{"y", &C::y, "m", "of the place on the wall, map frame"},
+        Column{"x", &C::x, "m", "of the contact point, map frame"},
+        Column{"y", &C::y, "m", "of the contact point, map frame"},
         Column{"s", &C::s, "m", "of base_link along the centerline"},
-        Column{"obstacle", &C::obstacle, "", "it was the sudden obstacle, not a wall"},
+        Column{"obstacle", &C::obstacle, "", "contact with the sudden obstacle, not with a wall"},
     };
   }
 };
@@ -80,12 +80,12 @@ struct ObstacleSeen {
         Part{&C::middle},
         Column{"speed", &C::speed, "m/s", "of the car at that time"},
         Column{"yaw_rate", &C::yaw_rate, "rad/s", "of the car at that time"},
-        Column{"clearance", &C::clearance, "m", "smallest between car and obstacle since"},
+        Column{"clearance", &C::clearance, "m", "smallest distance between car and obstacle since then"},
     };
   }
 };
 
-// At each scan instant, the true state and the command the driver gave for it.
+// True state at each scan, and the driver's command for it.
 struct PathSample {
   double time = 0.0;
   double x = 0.0, y = 0.0, yaw = 0.0;
@@ -108,10 +108,10 @@ struct PathSample {
         Column{"speed", &C::speed, "m/s", "true"},
         Column{"yaw_rate", &C::yaw_rate, "rad/s", "true"},
         Column{"steering_angle", &C::steering_angle, "rad", "true"},
-        Column{"s", &C::s, "m", "along the centerline"},
+        Column{"s", &C::s, "m", "arc length along the centerline"},
         Column{"lateral_offset", &C::lateral_offset, "m", "from the centerline, left positive"},
-        Column{"command_speed", &C::command_speed, "m/s", "that the driver gave for this scan"},
-        Column{"command_steering_angle", &C::command_steering_angle, "rad", "that the driver gave for this scan"},
+        Column{"command_speed", &C::command_speed, "m/s", "for this scan"},
+        Column{"command_steering_angle", &C::command_steering_angle, "rad", "for this scan"},
         Column{"status", &C::status, "", "of the command, an index into the list of statuses"},
     };
   }
@@ -132,13 +132,13 @@ struct RaceResult {
     using C = RaceResult;
     return std::tuple{
         Column{"outcome", &C::outcome, "", "running, finished, contact, stuck, timeout or wrong_way"},
-        Column{"time", &C::time, "s", "simulated so far"},
-        Column{"distance", &C::distance, "m", "driven so far"},
-        Column{"laps", &C::laps, "", "complete ones"},
-        Column{"contact", &C::contact, "", "that ended the race, if one did"},
-        Column{"skipped_scans", &C::skipped_scans, "", "that the driver never saw, because it was busy"},
-        Column{"obstacle", &C::obstacle, "", "the sudden one, once it has appeared"},
-        Column{"compute_times", &C::compute_times, "us", "of each driver step, by its thread's CPU clock"},
+        Column{"time", &C::time, "s", "simulated time"},
+        Column{"distance", &C::distance, "m", "distance driven"},
+        Column{"laps", &C::laps, "", "completed laps"},
+        Column{"contact", &C::contact, "", "contact that ended the race, if any"},
+        Column{"skipped_scans", &C::skipped_scans, "", "number of scans skipped because the driver was busy"},
+        Column{"obstacle", &C::obstacle, "", "the sudden obstacle, once it has appeared"},
+        Column{"compute_times", &C::compute_times, "us", "CPU time of each driver step"},
         Column{"path", &C::path, "", "one row per scan; empty unless options.record_path"},
     };
   }

@@ -1,4 +1,5 @@
-// What the car measures about itself: wheel speed, yaw rate, wheel angle, with errors; and where its laser really is.
+// Measurements of the car's own state: wheel speed, yaw rate and steering angle, with errors; and the LiDAR's mounting
+// errors.
 #pragma once
 
 #include <array>
@@ -12,14 +13,14 @@
 
 namespace firstlap::sim {
 
-// Odometry as nodes get it wrong.
+// Typical faults of odometry nodes.
 enum class OdometryFault : int {
   none = 0,
-  negated = 1,    // forward is negative
+  negated = 1,    // forward speed is negative
   map_frame = 2,  // speed along the map's x axis
   km_h = 3,
   deg_s = 4,
-  stuck = 5,  // at 0, all of it
+  stuck = 5,  // all values stuck at 0
 };
 
 struct SensorParams {
@@ -60,14 +61,14 @@ class Sensors {
   // Throws std::invalid_argument for a parameter outside its range.
   Sensors(const SensorParams& params, std::uint64_t seed);
 
-  // Other errors from here on. Throws as the constructor, and then nothing has changed.
+  // Changes the errors from now on. Throws as the constructor does; then nothing changes.
   void change(const SensorParams& params);
 
-  // The state at `time` [s] as the car's own electronics know it, and its heading `yaw` [rad] in the map frame; times
-  // must not decrease.
+  // Records the state at `time` [s], as the car's own electronics measure it, with its heading `yaw` [rad] in the map
+  // frame. Times must not decrease.
   void record(double time, const VehicleState& state, double yaw = 0.0) noexcept;
 
-  // The newest recorded state at least `latency` old (the oldest kept if none is), with errors.
+  // The newest recorded state that is at least `latency` old (if there is none, the oldest), with errors.
   VehicleState measure(double time) noexcept;
 
  private:

@@ -10,19 +10,19 @@ namespace firstlap::sim {
 namespace {
 
 constexpr double gravity = 9.81;           // [m/s^2]
-constexpr double kinematic_settle = 0.02;  // [s] in which slip dies out below the kinematic speed
+constexpr double kinematic_settle = 0.02;  // [s] time constant with which slip decays below the kinematic speed
 
 struct Axle {
   double load = 0.0;          // F_z [N]
-  double limit = 0.0;         // largest force in any direction [N]
-  double longitudinal = 0.0;  // F_x [N], along the wheel
+  double limit = 0.0;         // [N] maximum force in any direction
+  double longitudinal = 0.0;  // [N] F_x, along the wheel
 };
 
 struct Axles {
   Axle front, rear;
 };
 
-// What the speed loop asks for, as far as motor, brake and ground allow [m/s^2].
+// [m/s^2] Output of the speed loop, limited by motor, brake and grip.
 double wanted_acceleration(const VehicleParams& p, double speed, double speed_command) noexcept {
   const double target = std::clamp(speed_command, -p.reverse_speed_max, p.speed_max);
   const double wanted = std::clamp(p.speed_gain * (target - speed), -p.brake_max, p.accel_max);
@@ -44,14 +44,14 @@ Axles make_axles(const VehicleParams& p, double a) noexcept {
           make_axle(p, rear_load, p.rear_d, (1.0 - p.drive_split) * force)};
 }
 
-// F_y of an axle [N], left positive, from the velocity of its middle in the wheel's frame.
+// F_y [N] of an axle, left positive, from the velocity of its center in the wheel's frame.
 double lateral_force(const VehicleParams& p, const Tire& tire, const Axle& axle, double along, double across) noexcept {
   const double slip_angle = -std::atan2(across, std::abs(along));
   const double left_over = friction_ellipse(axle.longitudinal, axle.limit);
   return p.friction * axle.load * magic_formula(tire, slip_angle) * left_over;
 }
 
-// The velocity part of the derivative, with slipping tires.
+// Velocity derivatives with tire slip.
 void add_dynamic(const VehicleParams& p, const BodyState& q, const Axles& axles, double weight, BodyState& d) noexcept {
   const double c = std::cos(q.steering), s = std::sin(q.steering);
   const double front_across = q.lateral + p.l_f * q.yaw_rate, rear_across = q.lateral - p.l_r * q.yaw_rate;
@@ -64,7 +64,7 @@ void add_dynamic(const VehicleParams& p, const BodyState& q, const Axles& axles,
   d.yaw_rate += weight * (p.l_f * front_y - p.l_r * rear) / p.yaw_inertia;
 }
 
-// The velocity part without slip: yaw rate v tan(delta) / L, lateral speed l_r times that.
+// Velocity derivatives without slip: yaw rate v tan(delta) / L, lateral speed l_r times that.
 void add_kinematic(const VehicleParams& p, const BodyState& q, const Axles& axles, double weight,
                    BodyState& d) noexcept {
   const double wheelbase = p.l_f + p.l_r, tangent = std::tan(q.steering);
@@ -76,7 +76,7 @@ void add_kinematic(const VehicleParams& p, const BodyState& q, const Axles& axle
   d.lateral += weight * (p.l_r * yaw_acceleration + (p.l_r * yaw_rate - q.lateral) / kinematic_settle);
 }
 
-// 0 up to the kinematic speed, 1 from 1.5 times that on, smooth between.
+// 0 up to the kinematic speed, 1 above 1.5 times that, smooth in between.
 double dynamic_weight(const VehicleParams& p, const BodyState& q) noexcept {
   const double speed = std::hypot(q.forward, q.lateral);
   const double t = std::clamp((speed - p.kinematic_below) / (0.5 * p.kinematic_below), 0.0, 1.0);

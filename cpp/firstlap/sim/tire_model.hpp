@@ -1,9 +1,9 @@
-// Tire forces of the single-track model: the magic formula in its short form and the friction ellipse.
+// Tire forces of the single-track model: Pacejka's magic formula and the friction ellipse.
 #pragma once
 
 namespace firstlap::sim {
 
-// Pacejka's B, C, D, E; all without unit.
+// Pacejka's B, C, D, E, without unit.
 struct Tire {
   double b = 7.5;
   double c = 1.4;
@@ -11,10 +11,10 @@ struct Tire {
   double e = 0.0;
 };
 
-// F_y / (mu F_z) = D sin(C atan(B a - E (B a - atan(B a)))), slip angle a [rad].
+// F_y / (mu F_z) = D sin(C atan(B a - E (B a - atan(B a)))) with the slip angle a [rad].
 double magic_formula(const Tire& tire, double slip_angle) noexcept;
 
-// Share of the lateral force that is left while the longitudinal force uses `longitudinal` of `limit` [N].
+// Share of the lateral force that is left when the longitudinal force is `longitudinal` of at most `limit` [N].
 double friction_ellipse(double longitudinal, double limit) noexcept;
 
 }  // namespace firstlap::sim

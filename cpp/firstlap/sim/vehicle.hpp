@@ -1,5 +1,5 @@
-// The car in motion. Inside, the state of the center of gravity; outside, base_link (the rear axle's middle),
-// as everywhere in firstlap. Map frame, SI units, left positive.
+// The simulated car. Internally the state is that of the center of gravity; the interface uses base_link (center of the
+// rear axle), as everywhere. Map frame, SI units, left positive.
 #pragma once
 
 #include <array>
@@ -11,20 +11,20 @@
 
 namespace firstlap::sim {
 
-// State of the center of gravity. single_track: x, y [m], yaw [rad], forward and lateral speed in the body
-// frame [m/s], yaw rate [rad/s], wheel angle [rad].
+// State of the center of gravity of the single_track model: x, y [m], yaw [rad], forward and lateral speed in the body
+// frame [m/s], yaw rate [rad/s], steering angle [rad].
 struct BodyState {
   double x = 0.0, y = 0.0, yaw = 0.0;
   double forward = 0.0, lateral = 0.0, yaw_rate = 0.0;
   double steering = 0.0;
 };
 
-// Right-hand side of the single-track model at `state`, for a wanted speed [m/s] and wheel angle [rad].
+// Derivative of the single-track model at `state`, for commands of speed [m/s] and steering angle [rad].
 BodyState single_track_derivative(const CarGeometry& geometry, const VehicleParams& params, const BodyState& state,
                                   double speed_command, double steering_command) noexcept;
 
-// f1tenth_gym's single track (CommonRoad's): state [x, y, steering, v, yaw, yaw rate, slip angle] at the center
-// of gravity, input [steering rate, acceleration], limited inside. Kinematic below 0.5 m/s.
+// f1tenth_gym's single-track model (from CommonRoad): state [x, y, steering, v, yaw, yaw rate, slip angle] of the
+// center of gravity, input [steering rate, acceleration], limited internally. Kinematic below 0.5 m/s.
 using GymState = std::array<double, 7>;
 struct GymInput {
   double steering_rate = 0.0;  // [rad/s]
@@ -33,38 +33,40 @@ struct GymInput {
 GymState gym_derivative(const CarGeometry& geometry, const VehicleParams& params, const GymState& state,
                         const GymInput& input) noexcept;
 
-// Its low-level control: bang-bang steering, proportional speed (4.755 up and 19.02 down with its parameters).
+// f1tenth_gym's low-level control: bang-bang steering, proportional speed (gains 4.755 up and 19.02 down with its
+// parameters).
 GymInput gym_control(const CarGeometry& geometry, const VehicleParams& params, const GymState& state,
                      double speed_command, double steering_command) noexcept;
 
-// The pose `t` (0 to 1) of the way from `a` to `b`.
+// The pose at the fraction `t` (0 to 1) between `a` and `b`.
 Pose2 between(const Pose2& a, const Pose2& b, double t) noexcept;
 
 class Vehicle {
  public:
-  // Throws std::invalid_argument for a parameter outside its range or l_f + l_r away from the wheelbase.
+  // Throws std::invalid_argument for a parameter outside its range, or if l_f + l_r is not the wheelbase.
   Vehicle(const CarGeometry& geometry, const VehicleParams& params);
 
-  // Stands (or rolls) straight at `base_link`; commands are forgotten, time is 0.
+  // Places the car at `base_link`, rolling straight at `speed` [m/s]; clears commands and time.
   void reset(const Pose2& base_link, double speed = 0.0);
 
-  // Gives a command now; it takes effect after `latency` [s] and the car's own delays. Non-finite: ignored.
+  // Gives a command now. It takes effect after `latency` [s] plus the car's own delays. Ignored if not finite.
   void command(const DriveCommand& command, double latency = 0.0) noexcept;
 
-  // Other parameters from here on; base_link stays where it is, and moves as it did. Throws std::invalid_argument as
-  // the constructor, and for another model; then nothing has changed.
+  // Changes the parameters from now on; pose and motion of base_link continue. Throws std::invalid_argument as the
+  // constructor does, and for another model; then nothing changes.
   void change(const CarGeometry& geometry, const VehicleParams& params);
 
-  // A shove: adds to the lateral speed [m/s] of the center of gravity and the yaw rate [rad/s]. Not finite: ignored.
+  // A disturbance: adds to the lateral speed [m/s] of the center of gravity and to the yaw rate [rad/s]. Ignored if not
+  // finite.
   void kick(double lateral_speed, double yaw_rate) noexcept;
 
-  // Moves on by dt [s], at most params.step_dt.
+  // Advances by dt [s], at most params.step_dt.
   void step(double dt) noexcept;
 
-  Pose2 pose() const noexcept;                                   // base_link in the map frame
-  VehicleState state() const noexcept;                           // true, as sensors would like to measure it
-  VehicleState own_state() const noexcept;                       // as the car's electronics know it, by their constants
-  double lateral_speed() const noexcept;                         // [m/s] of base_link
+  Pose2 pose() const noexcept;              // base_link in the map frame
+  VehicleState state() const noexcept;      // true, at base_link
+  VehicleState own_state() const noexcept;  // as measured by the car's electronics with their constants
+  double lateral_speed() const noexcept;    // [m/s] at base_link
   double forward_acceleration() const noexcept { return a_x_; }  // [m/s^2] of the center of gravity
   double lateral_acceleration() const noexcept { return a_y_; }  // [m/s^2] of the center of gravity
   double time() const noexcept { return time_; }                 // [s] since reset

@@ -1,4 +1,4 @@
-// What the simulated car is made of, beyond its geometry and what a planner knows of its dynamics.
+// Parameters of the simulated car besides its geometry and the dynamics known to the planner.
 #pragma once
 
 #include <tuple>
@@ -11,7 +11,7 @@ namespace firstlap::sim {
 
 enum class VehicleModel : int {
   single_track = 0,  // nonlinear tires, friction ellipse
-  gym = 1,           // f1tenth_gym's: linear tires that never saturate; for conformance only
+  gym = 1,           // f1tenth_gym's linear tires, which never saturate; for conformance only
 };
 
 struct VehicleParams : CarDynamics {
@@ -47,8 +47,8 @@ struct VehicleParams : CarDynamics {
   static constexpr auto fields() {
     using P = VehicleParams;
     const std::tuple own{
-        Field{"model", &P::model, "", 0.0, 1.0, "0 single track with nonlinear tires, 1 f1tenth_gym's"},
-        Field{"step_dt", &P::step_dt, "s", 0.0001, 0.0025, "longest integration step (Runge-Kutta 4)"},
+        Field{"model", &P::model, "", 0.0, 1.0, "0 single track with nonlinear tires, 1 f1tenth_gym's model"},
+        Field{"step_dt", &P::step_dt, "s", 0.0001, 0.0025, "maximum integration step (Runge-Kutta 4)"},
         Field{"mass", &P::mass, "kg", 0.5, 5000.0, "mass of the car"},
         Field{"yaw_inertia", &P::yaw_inertia, "kg m^2", 0.001, 10000.0,
               "yaw moment of inertia about the center of gravity"},

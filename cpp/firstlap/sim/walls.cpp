@@ -20,7 +20,7 @@ std::int32_t clamped_cell(double offset, double cell_size, std::int32_t cells) {
   return cell < cells - 1 ? static_cast<std::int32_t>(cell) : cells - 1;
 }
 
-// Range along a ray from the origin in direction (cos, sin) to a segment, or +inf.
+// Range along a ray from the origin in direction (cos, sin) to a segment; +inf without a hit.
 double intersect(double c, double s, double x1, double y1, double x2, double y2) {
   const double dx = x2 - x1, dy = y2 - y1;
   const double denominator = c * dy - s * dx;
@@ -82,7 +82,7 @@ bool Walls::covers_all(const CellRange& range) const noexcept {
   return range.x0 <= 0 && range.y0 <= 0 && range.x1 >= columns_ - 1 && range.y1 >= rows_ - 1;
 }
 
-// A counting sort of the segments into cells.
+// Counting sort of the segments into cells.
 void Walls::build_grid() {
   const auto each_cell = [this](const CellRange& range, auto&& visit) {
     for (std::int32_t row = range.y0; row <= range.y1; ++row) {
@@ -118,7 +118,7 @@ void Walls::build_visible() {
   }
 }
 
-// Continues the last block when the segment starts where it ends and it is not full.
+// Continues the last block if the segment starts at its end and the block is not full.
 void Walls::append_visible(const WallSegment& segment) {
   VisibleWalls& v = visible_;
   const bool joins = !v.x.empty() && v.x.back() == segment.x1 && v.y.back() == segment.y1;

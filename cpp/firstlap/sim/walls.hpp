@@ -1,5 +1,5 @@
-// The walls of a track: straight segments in the map frame [m], with a uniform grid to find those nearby and
-// the visible ones arranged for the LiDAR. Immutable once built: many races may share one.
+// The walls of a track: straight segments in the map frame [m], with a uniform grid for neighborhood queries, and the
+// visible segments arranged for the LiDAR. Immutable once built: many races may share one instance.
 #pragma once
 
 #include <algorithm>
@@ -15,11 +15,11 @@ namespace firstlap::sim {
 
 struct WallSegment {
   double x1 = 0.0, y1 = 0.0, x2 = 0.0, y2 = 0.0;  // [m]
-  bool visible = true;                            // the LiDAR sees it
-  bool solid = true;                              // the car cannot pass it
+  bool visible = true;                            // seen by the LiDAR
+  bool solid = true;                              // not passable for the car
 };
 
-// A connected run of visible segments: vertices [first, first + count) of `VisibleWalls`, in a circle.
+// A connected run of visible segments, vertices [first, first + count) of `VisibleWalls`, with its bounding circle.
 struct WallBlock {
   std::size_t first = 0;
   std::size_t count = 0;
@@ -35,7 +35,7 @@ class Walls {
  public:
   Walls() = default;
 
-  // Segments that follow each other as polylines (end equals next start) make scans faster. Throws
+  // Scans are faster if segments follow each other as polylines (each end equals the next start). Throws
   // std::invalid_argument for a coordinate that is not finite or a cell size [m] that is not positive.
   explicit Walls(std::vector<WallSegment> segments, double cell_size = 1.0);
 
@@ -46,20 +46,19 @@ class Walls {
   template <class Visitor>
   void for_each_near(Point2 center, double radius, Visitor&& visit) const;
 
-  // Indices of the segments within `radius` [m] of `center`; returns how many there are and writes as many
-  // as fit in `out`.
+  // Indices of the segments within `radius` [m] of `center`. Returns their number and writes as many as fit in `out`.
   std::size_t near(Point2 center, double radius, std::span<std::uint32_t> out) const;
 
-  // The smallest distance(index) [m] of a solid segment; +inf without one. A segment may not be farther from
-  // `center` than its distance(index) plus `slack` [m].
+  // The smallest distance(index) [m] of a solid segment; +inf without one. No segment may be farther from `center` than
+  // its distance(index) plus `slack` [m].
   template <class Distance>
   double nearest_solid(Point2 center, double slack, Distance&& distance) const;
 
   // Distance [m] from `point` to the nearest solid segment; +inf without one.
   double nearest_distance(Point2 point) const;
 
-  // Reference for tests: the range [m] of a ray that leaves `pose` at `angle` [rad] from its heading, by
-  // intersection with every visible segment; +inf when nothing is hit.
+  // Reference for tests: range [m] of a ray from `pose` at `angle` [rad] from its heading, by intersection with every
+  // visible segment; +inf without a hit.
   double raycast_brute_force(const Pose2& pose, double angle) const;
 
  private:
@@ -81,14 +80,14 @@ class Walls {
   double origin_x_ = 0.0, origin_y_ = 0.0;
   std::int32_t columns_ = 0, rows_ = 0;
   std::vector<CellRange> ranges_;          // cells of each segment's bounding box
-  std::vector<std::uint32_t> cell_start_;  // into cell_items_, one more than cells
+  std::vector<std::uint32_t> cell_start_;  // into cell_items_, one more than there are cells
   std::vector<std::uint32_t> cell_items_;
 };
 
 // Distance [m] from a point to a segment.
 double distance(Point2 point, const WallSegment& segment) noexcept;
 
-// A segment lies in every cell of its bounding box and is reported by the first one inside the query.
+// A segment is listed in every cell of its bounding box and reported by the first of them inside the query.
 template <class Visitor>
 void Walls::for_each_near(Point2 center, double radius, Visitor&& visit) const {
   if (segments_.empty()) return;

@@ -57,7 +57,7 @@ void World::change(const Car& car, double mu_scale) {
   const Lidar lidar(car.lidar, track_->walls);
   Car changed = car;
   changed.vehicle.friction *= mu_scale;
-  for (const auto& agent : agents_) {  // the first one throws, or none does: all are of one model
+  for (const auto& agent : agents_) {  // only the first one can throw, since all have the same model
     agent->vehicle.change(changed.geometry, changed.vehicle);
     agent->sensors.change(changed.sensors);
     agent->lidar = lidar;
@@ -128,7 +128,7 @@ void World::move(Agent& agent, int i) {
   check_laps(agent, std::hypot(after.x - agent.before.x, after.y - agent.before.y));
 }
 
-// As in a race: the beams that fall into the i-th step, from the pose in the middle of their time.
+// As in Race: casts the beams that fall into step `i`, from the pose in the middle of their time.
 void World::sweep(std::size_t index, int i) {
   Agent& agent = *agents_[index];
   const double duration = car_.lidar.sweep_time, begin = period_ - duration;
@@ -157,7 +157,7 @@ void World::check_laps(Agent& agent, double distance) {
   const double speed = agent.vehicle.state().speed;
   const double line = agent.progress.length() * static_cast<double>(agent.laps.size() + 1);
   const double share = after >= line ? (line - before) / (after - before) : 1.0;
-  if (!agent.started) return;  // a lap begins with the first command to move
+  if (!agent.started) return;  // the first lap starts with the first command to move
   agent.meter.add(share * step_, share * distance, speed, offset);
   if (after < line) return;
   agent.laps.push_back(agent.meter.finish(agent.laps.empty()));

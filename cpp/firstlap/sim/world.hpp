@@ -1,6 +1,6 @@
-// Cars of one kind on one track, commanded from outside: what a simulator node steps. Every car sees the others in
-// its scans and touches them; a car that touched something stands where it is until it is put back. The same seed and
-// the same commands give the same world, bit for bit.
+// Several identical cars on one track, commanded from outside, for a simulator node. Every car sees the others in its
+// scans and can touch them; after a contact it stops until it is reset. The same seed and commands give the same world,
+// bit for bit.
 #pragma once
 
 #include <cstdint>
@@ -26,7 +26,7 @@ struct WorldOptions {
   static constexpr auto fields() {
     using P = WorldOptions;
     return std::tuple{
-        Field{"cars", &P::cars, "", 1.0, 16.0, "cars on the track"},
+        Field{"cars", &P::cars, "", 1.0, 16.0, "number of cars on the track"},
         Field{"gap", &P::gap, "m", 0.6, 1000.0, "starting distance between cars along the centerline"},
         Field{"command_timeout", &P::command_timeout, "s", 0.0, 10.0,
               "a car without a command for this long is stopped, like a real car by its mux (0: never)"},
@@ -38,30 +38,31 @@ struct WorldOptions {
 
 class World {
  public:
-  // Keeps a reference to `track`. The first car stands on the line. Throws std::invalid_argument for parameters or
-  // starts that cannot be.
+  // Keeps a reference to `track`. The first car starts on the line. Throws std::invalid_argument for invalid parameters
+  // or starts.
   World(const Track& track, const Car& car, const WorldOptions& options, std::uint64_t seed);
 
   World(const World&) = delete;
   World& operator=(const World&) = delete;
 
-  // Gives car `i` a command `after` seconds from now, at most one scan period. Not finite: ignored.
+  // Gives car `i` a command `after` [s] from now, at most one scan period. Ignored if not finite.
   void command(std::size_t i, const DriveCommand& command, double after) noexcept;
 
-  // One scan period of all cars.
+  // Advances all cars by one scan period.
   void advance();
 
-  // Puts a car back to its start, or to a pose, at rest. Its laps begin anew.
+  // Places a car at its start, or at a pose, at rest. Its laps start again.
   void reset(std::size_t i);
   void place(std::size_t i, const Pose2& base_link);
-  void kick(std::size_t i, double lateral_speed, double yaw_rate) noexcept;  // a shove [m/s], [rad/s]
+  void kick(std::size_t i, double lateral_speed,
+            double yaw_rate) noexcept;  // adds to lateral speed [m/s] and yaw rate [rad/s]
 
-  // Whether car `i` could stand there: on no wall and on no other car.
+  // Whether car `i` can be placed there without contact with a wall or another car.
   bool fits(std::size_t i, const Pose2& base_link) const;
 
-  // The cars are like this from here on, on `mu_scale` times its friction; they go on from where they are, and their
-  // laps with them. Throws std::invalid_argument for parameters that cannot be, and for other beams, another rate of
-  // the lidar or another vehicle.model; then nothing has changed.
+  // Changes the parameters of all cars from now on, with `mu_scale` times the friction; motion and laps continue.
+  // Throws std::invalid_argument for invalid parameters, or a change of lidar.beams, lidar.rate or vehicle.model; then
+  // nothing changes.
   void change(const Car& car, double mu_scale);
 
   std::size_t size() const noexcept { return agents_.size(); }
@@ -78,8 +79,8 @@ class World {
   LaserScan scan(std::size_t i) const noexcept { return agents_[i]->lidar.view(agents_[i]->ranges); }
   const std::vector<Lap>& laps(std::size_t i) const noexcept { return agents_[i]->laps; }
   int contacts(std::size_t i) const noexcept { return agents_[i]->contacts; }       // since the last reset
-  bool standing(std::size_t i) const noexcept { return agents_[i]->crashed; }       // after a contact
-  double clearance(std::size_t i) const noexcept { return agents_[i]->clearance; }  // [m] smallest since the reset
+  bool standing(std::size_t i) const noexcept { return agents_[i]->crashed; }       // stopped after a contact
+  double clearance(std::size_t i) const noexcept { return agents_[i]->clearance; }  // [m] smallest since the last reset
   double lap_clearance(std::size_t i) const noexcept { return agents_[i]->meter.min_clearance(); }  // [m] in this lap
   double s(std::size_t i) const noexcept { return agents_[i]->progress.s(); }
   double lateral_offset(std::size_t i) const noexcept { return agents_[i]->progress.lateral_offset(); }
@@ -100,7 +101,7 @@ class World {
     double silent = 0.0, clearance = 0.0;
     int next_beam = 0, contacts = 0;
     bool commanded = false, crashed = false, started = false;
-    double steering = 0.0;  // [rad] last commanded
+    double steering = 0.0;  // [rad] last command
   };
 
   void set_steps(double longest);
