@@ -21,7 +21,7 @@ Numpy<T, 1> to_numpy(std::vector<T> values) {
   return Numpy<T, 1>(owned->data(), {owned->size()}, owner);
 }
 
-// Rows of `columns` values, row by row.
+// An array with `columns` columns, from values in row-major order.
 template <class T>
 Numpy<T, 2> to_numpy(std::vector<T> values, std::size_t columns) {
   auto* owned = new std::vector<T>(std::move(values));
@@ -29,7 +29,7 @@ Numpy<T, 2> to_numpy(std::vector<T> values, std::size_t columns) {
   return Numpy<T, 2>(owned->data(), {owned->size() / columns, columns}, owner);
 }
 
-// `value(item)` of every item.
+// An array with `value(item)` of every item.
 template <class T, class Range, class Value>
 Numpy<T, 1> column(const Range& items, Value&& value) {
   std::vector<T> values;
@@ -38,7 +38,7 @@ Numpy<T, 1> column(const Range& items, Value&& value) {
   return to_numpy(std::move(values));
 }
 
-// The same for yes and no. A vector of bool is no array.
+// The same for bool, since a vector of bool has no array to hand over.
 template <class Range, class Value>
 Numpy<bool, 1> flags(const Range& items, Value&& value) {
   auto* owned = new bool[items.size()];

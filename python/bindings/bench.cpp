@@ -1,4 +1,4 @@
-// Timings taken inside C++, without the interpreter, on one thread.
+// Timings inside C++, without the interpreter, on one thread.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -70,7 +70,7 @@ std::vector<double> time_scans(const Recording& recording, const sim::Track& tra
   return times;
 }
 
-// What the other timings are compared with: every beam of a scan to a point, by cos and sin.
+// Reference for the other timings: converts every beam of a scan to a point, with cos and sin.
 std::vector<double> time_reference(const Recording& recording) {
   std::vector<Point2> points(recording.header.ranges.size());
   std::vector<double> times;
@@ -89,7 +89,7 @@ std::vector<double> time_reference(const Recording& recording) {
   return times;
 }
 
-// Simulated seconds per second of a whole race, and how long it was.
+// Simulated seconds per second of a whole race.
 double time_race(const sim::Track& track, const sim::Car& car, const Params& params) {
   Racer racer(params);
   sim::RaceOptions options;
@@ -125,8 +125,8 @@ nb::dict bench(const sim::Track& track, const sim::Car& car, const Params& param
 
 void bind_bench(nb::module_& m) {
   m.def("bench", &bench, nb::arg("track"), nb::arg("car"), nb::arg("params"), nb::arg("scans") = 4000,
-        "Microseconds of each step, each noise-free scan and each run of the reference over a recorded drive, and "
-        "simulated seconds per second of a race.");
+        "Times a recorded drive: microseconds of each step, of each noise-free scan and of each run of the reference, "
+        "and the real-time factor of a race.");
 }
 
 }  // namespace firstlap::bindings

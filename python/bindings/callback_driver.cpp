@@ -17,13 +17,13 @@ namespace {
 Status status_named(const std::string& name) {
   for (const Status status : statuses)
     if (name == to_string(status)) return status;
-  throw std::invalid_argument("the driver gave the unknown status '" + name + "'");
+  throw std::invalid_argument("the driver returned the unknown status '" + name + "'");
 }
 
 StepResult to_result(const nb::object& answer) {
   const auto [speed, steering_angle, status] = nb::cast<std::tuple<double, double, std::string>>(answer);
   if (!std::isfinite(speed) || !std::isfinite(steering_angle))
-    throw std::invalid_argument("the driver gave a command that is not finite");
+    throw std::invalid_argument("the driver returned a command that is not finite");
   return {{speed, steering_angle}, status_named(status)};
 }
 

@@ -1,4 +1,4 @@
-// A driver that is written in Python, racing in the same simulator as the others.
+// A driver written in Python, in the same simulator as the others.
 #pragma once
 
 #include <exception>
@@ -11,8 +11,8 @@ namespace firstlap::bindings {
 
 namespace nb = nanobind;
 
-// Calls `step(scan, state, dt)` and `reset()` of a Python object, taking the GIL for it. What the object raises is kept
-// for `raise_error`; from then on the car is told to stop.
+// Calls `step(scan, state, dt)` and `reset()` of a Python object, holding the GIL. An exception of the object is kept
+// for `raise_error`; from then on the command is to stop.
 class CallbackDriver final : public Driver {
  public:
   explicit CallbackDriver(nb::object driver) : driver_(std::move(driver)) {}
@@ -21,7 +21,7 @@ class CallbackDriver final : public Driver {
   void reset() noexcept override;
 
   [[nodiscard]] bool failed() const noexcept { return failed_; }
-  // Throws what the Python object raised, once.
+  // Rethrows the exception of the Python object, once.
   void raise_error();
 
  private:
@@ -30,7 +30,7 @@ class CallbackDriver final : public Driver {
   nb::object driver_;
   std::exception_ptr error_;
   bool failed_ = false;
-  double steering_ = 0.0;  // [rad] last commanded
+  double steering_ = 0.0;  // [rad] last command
 };
 
 }  // namespace firstlap::bindings

@@ -1,4 +1,4 @@
-// The simulated car and the race's options as sections of field tables.
+// The simulated car and the race options as sections of field tables.
 #pragma once
 
 #include <string_view>

@@ -1,4 +1,4 @@
-// Poses and clouds as Python hands them over.
+// Poses and clouds from Python.
 #pragma once
 
 #include <stdexcept>

@@ -1,4 +1,4 @@
-// The method: parameters, one step, and the trace of it.
+// The map-less method: parameters, step and trace.
 
 #include "firstlap/drivers/racer.hpp"
 #include "laser_scan.hpp"
@@ -24,18 +24,18 @@ void bind_core(nb::module_& m) {
   nb::list names;
   for (const Status status : statuses) names.append(to_string(status));
   m.attr("STATUSES") = nb::tuple(names);
-  bind_sections<Params>(m, "Params", "Every parameter of the method, in sections.");
+  bind_sections<Params>(m, "Params", "All parameters of the map-less method, in sections.");
   nb::class_<Driver>(m, "Driver", "Scan and state in, command out.")
-      .def("reset", &Driver::reset, "Forgets everything.")
+      .def("reset", &Driver::reset, "Clears the memory of all earlier scans.")
       .def("step", &step, nb::arg("scan"), nb::arg("state"), nb::arg("dt"),
-           "Speed [m/s], wheel angle [rad] and status. dt: [s] since the scan before. Releases the GIL.");
-  nb::class_<Racer, Driver>(m, "Racer", "The method: one scan in, one command out.")
+           "Returns speed [m/s], steering angle [rad] and status. dt: [s] since the previous scan. Releases the GIL.");
+  nb::class_<Racer, Driver>(m, "Racer", "The map-less method: one scan in, one command out.")
       .def(nb::init<const Params&>(), nb::arg("params"), "Raises ValueError with field, value and range.")
       .def("set_params", &Racer::set_params, nb::arg("params"),
-           "Changes the parameters while driving. Raises ValueError as the constructor, and then keeps the old ones.")
+           "Changes the parameters while driving. Raises ValueError as the constructor does; then the old ones stay.")
       .def(
           "trace", [](const Racer& racer) { return as_dict(racer.trace()); },
-          "What the last step saw and thought, as numpy arrays in base_link.");
+          "Intermediate results of the last step, as numpy arrays in base_link; see docs/results-format.md.");
 }
 
 }  // namespace firstlap::bindings

@@ -1,4 +1,4 @@
-// The opponents: parameters, drivers and what they saw and thought; and drivers written in Python.
+// The reactive drivers: parameters, drivers and traces; and drivers written in Python.
 #include <string>
 
 #include "callback_driver.hpp"
@@ -16,30 +16,32 @@ using drivers::CenterPid;
 using drivers::DisparityExtender;
 using drivers::FollowTheGap;
 
-// A driver with its parameters and its trace.
+// Binds a driver with its parameters and its trace.
 template <class AnyDriver, class Params>
 void bind_driver(nb::module_& m, const std::string& name, const char* doc) {
-  bind_sections<Params>(m, (name + "Params").c_str(), "Every parameter of the driver, in sections.");
+  bind_sections<Params>(m, (name + "Params").c_str(), "All parameters of the driver, in sections.");
   nb::class_<AnyDriver, Driver>(m, name.c_str(), doc)
       .def(nb::init<const Params&>(), nb::arg("params"), "Raises ValueError with field, value and range.")
       .def(
           "trace", [](const AnyDriver& driver) { return as_dict(driver.trace()); },
-          "What the last step saw and thought; angles in the laser's frame.");
+          "Intermediate results of the last step; angles in the LiDAR's frame. See docs/results-format.md.");
 }
 
 }  // namespace
 
 void bind_drivers(nb::module_& m) {
-  bind_driver<FollowTheGap, drivers::FollowTheGapParams>(m, "FollowTheGap", "Steers into the best gap.");
-  bind_driver<DisparityExtender, drivers::DisparityExtenderParams>(m, "DisparityExtender",
-                                                                   "Steers to where the most way is free.");
-  bind_driver<CenterPid, drivers::CenterPidParams>(m, "CenterPid", "Steers to the middle between the walls.");
-  nb::class_<CallbackDriver, Driver>(m, "CallbackDriver", "A driver that is written in Python.")
+  bind_driver<FollowTheGap, drivers::FollowTheGapParams>(m, "FollowTheGap",
+                                                         "Follow the gap: steers into the best gap.");
+  bind_driver<DisparityExtender, drivers::DisparityExtenderParams>(
+      m, "DisparityExtender", "Disparity extender: steers to the farthest free direction.");
+  bind_driver<CenterPid, drivers::CenterPidParams>(m, "CenterPid",
+                                                   "PID center following: steers to the center between the walls.");
+  nb::class_<CallbackDriver, Driver>(m, "CallbackDriver", "A driver written in Python.")
       .def(nb::init<nb::object>(), nb::arg("driver"),
            "`driver` has reset() and step(scan: LaserScan, state: VehicleState, dt) -> (speed, steering_angle, "
-           "status). What it raises ends the race.")
+           "status). An exception ends the race.")
       .def("raise_error", &CallbackDriver::raise_error,
-           "Raises what the Python object raised, once; until its reset the car is told to stop.");
+           "Raises the exception of the Python object, once. After an exception the car stops until the next reset.");
 }
 
 }  // namespace firstlap::bindings

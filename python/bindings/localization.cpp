@@ -43,7 +43,7 @@ localization::Estimate step(localization::Localizer& localizer, const BoundScan&
 
 void bind_localization(nb::module_& m) {
   bind_record<localization::Estimate>(m, "Estimate", "Pose of base_link in the map's frame at the end of the sweep.");
-  nb::class_<localization::LikelihoodField>(m, "LikelihoodField", "Distance to the nearest wall of a map.")
+  nb::class_<localization::LikelihoodField>(m, "LikelihoodField", "Distance to the nearest wall of an occupancy map.")
       .def(
           "__init__",
           [](localization::LikelihoodField* self, const Mask& occupied, double resolution, const nb::tuple& origin) {
@@ -52,15 +52,19 @@ void bind_localization(nb::module_& m) {
                                               static_cast<int>(occupied.shape(0)), resolution, to_pose(origin));
           },
           nb::arg("occupied"), nb::arg("resolution"), nb::arg("origin"),
-          "occupied (rows, columns) uint8, row 0 the lowest; origin (x, y, yaw) of the lower left corner.")
+          "occupied: (rows, columns) uint8, row 0 the lowest, nonzero for walls; resolution: [m] cell size; origin: "
+          "(x, y, yaw) [m, rad] of the lower left corner in the map.")
       .def_static(
           "of_points",
           [](const Rows& points, double resolution) { return localization::field_of(to_cloud(points), resolution); },
-          nb::arg("points"), nb::arg("resolution"), "A field round a cloud (N, 4). Raises ValueError for none.")
+          nb::arg("points"), nb::arg("resolution"),
+          "A field around a cloud (N, 4). Raises ValueError for an empty cloud.")
       .def("search", &search_field, nb::arg("cloud"), nb::arg("guess"), nb::arg("radius"), nb::arg("angle"),
-           nb::arg("step"), nb::arg("turn"), "Best pose on a raster round the guess, and its share of fitting points.");
-  bind_sections<LocalizerParams>(m, "LocalizerParams", "Every parameter of localization, in sections.");
-  nb::class_<localization::Localizer>(m, "Localizer", "Where the car is on a map, from scans and odometry.")
+           nb::arg("step"), nb::arg("turn"),
+           "Exhaustive search around the guess (x, y, yaw). Returns the best pose, and the share of points that match. "
+           "radius, step: [m]; angle, turn: [rad].");
+  bind_sections<LocalizerParams>(m, "LocalizerParams", "All parameters of localization, in sections.");
+  nb::class_<localization::Localizer>(m, "Localizer", "Localization on a map from scans and odometry.")
       .def(
           "__init__",
           [](localization::Localizer* self, const localization::LikelihoodField& field, const sim::Car& car,
@@ -72,24 +76,27 @@ void bind_localization(nb::module_& m) {
           [](localization::Localizer& self, double x, double y, double yaw) {
             self.start({x, y, yaw});
           },
-          nb::arg("x"), nb::arg("y"), nb::arg("yaw"), "base_link is about here, in the map's frame [m, rad].")
+          nb::arg("x"), nb::arg("y"), nb::arg("yaw"),
+          "Sets the start pose: base_link is near (x, y, yaw) in the map's frame [m, rad].")
       .def(
           "displace",
           [](localization::Localizer& self, double x, double y, double yaw) {
             self.displace({x, y, yaw});
           },
-          nb::arg("x"), nb::arg("y"), nb::arg("yaw"), "Shifts all that it believes, in base_link: a kidnapped car.")
+          nb::arg("x"), nb::arg("y"), nb::arg("yaw"),
+          "Shifts all estimates by (x, y, yaw) in base_link [m, rad], as if the car had been moved by hand.")
       .def("step", &step, nb::arg("scan"), nb::arg("state"), nb::arg("dt"),
-           "Where the car is at the end of the sweep. Releases the GIL.")
+           "Returns the estimate at the end of the sweep. dt: [s] since the previous scan. Releases the GIL.")
       .def("commanded", &localization::Localizer::commanded, nb::arg("speed"),
-           "The speed command [m/s] that was given after the last step.")
+           "The speed command [m/s] given after the last step.")
       .def(
           "predict",
           [](const localization::Localizer& self, const nb::tuple& pose, const VehicleState& state, double time) {
             return as_values(localization::predicted(to_pose(pose), state, self.params().motion, time));
           },
-          nb::arg("pose"), nb::arg("state"), nb::arg("time"), "The pose so many seconds later.")
-      .def_prop_ro("particles", &localization::Localizer::particles, "How many there are now.");
+          nb::arg("pose"), nb::arg("state"), nb::arg("time"),
+          "The pose (x, y, yaw) `time` seconds later, at the measured speed and yaw rate.")
+      .def_prop_ro("particles", &localization::Localizer::particles, "Current number of particles.");
 }
 
 }  // namespace firstlap::bindings

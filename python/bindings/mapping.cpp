@@ -1,4 +1,4 @@
-// Mapping: clouds, matching, occupancy grids.
+// Mapping: clouds, scan matching, occupancy grids.
 #include <cstdint>
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
@@ -91,8 +91,8 @@ Numpy<std::uint8_t, 2> cells_of(const mapping::OccupancyGrid& grid) {
 }  // namespace
 
 void bind_mapping(nb::module_& m) {
-  bind_sections<MapParams>(m, "MapParams", "Every parameter of mapping, in sections.");
-  nb::class_<mapping::CloudMaker>(m, "CloudMaker", "Scans as evenly spaced clouds with normals, in base_link.")
+  bind_sections<MapParams>(m, "MapParams", "All parameters of mapping, in sections.");
+  nb::class_<mapping::CloudMaker>(m, "CloudMaker", "Converts scans to evenly spaced clouds with normals, in base_link.")
       .def(
           "__init__",
           [](mapping::CloudMaker* self, const MapParams& params, const sim::Car& car) {
@@ -100,8 +100,10 @@ void bind_mapping(nb::module_& m) {
           },
           nb::arg("params"), nb::arg("car"))
       .def("make", &make_cloud, nb::arg("scan"), nb::arg("state"), nb::arg("period") = 0.0,
-           "cloud (N, 4) x, y, nx, ny and all points (P, 3) x, y, range. Raises ValueError for a bad header.");
-  nb::class_<mapping::ReferenceCloud>(m, "ReferenceCloud", "Wall points with normals, found by place.")
+           "Returns the cloud (N, 4) x, y, nx, ny and all points (P, 3) x, y, range, in base_link [m]. period: [s] "
+           "between scans, 0 if unknown. Raises ValueError for an invalid scan.");
+  nb::class_<mapping::ReferenceCloud>(
+      m, "ReferenceCloud", "Wall points with normals, (N, 4) x, y, nx, ny, in a grid for nearest-neighbor search.")
       .def(
           "__init__",
           [](mapping::ReferenceCloud* self, const Rows& rows) { new (self) mapping::ReferenceCloud(to_cloud(rows)); },
@@ -109,9 +111,10 @@ void bind_mapping(nb::module_& m) {
       .def("__len__", &mapping::ReferenceCloud::size);
   m.def("match", &match_cloud, nb::arg("cloud"), nb::arg("reference"), nb::arg("guess"), nb::arg("prior"),
         nb::arg("params"),
-        "Point-to-line matching: pose (x, y, yaw) of the cloud in the reference, share of fitting points, their rms "
-        "[m], and information (3, 3) in the cloud's frame. prior: standard deviations along, across, yaw.");
-  nb::class_<mapping::ScanMotion>(m, "ScanMotion", "How the car moved between scans, from the scans alone.")
+        "Point-to-line matching. Returns the pose (x, y, yaw) of the cloud in the reference, the share of points that "
+        "match, their RMS distance [m], and the information matrix (3, 3) in the cloud's frame. prior: standard "
+        "deviations along [m], across [m], yaw [rad] of the guess.");
+  nb::class_<mapping::ScanMotion>(m, "ScanMotion", "Motion of the car between scans, from the scans alone.")
       .def(
           "__init__",
           [](mapping::ScanMotion* self, const MapParams& params, const sim::Car& car) {
@@ -119,11 +122,12 @@ void bind_mapping(nb::module_& m) {
           },
           nb::arg("params"), nb::arg("car"))
       .def("add", &add_scan, nb::arg("scan"), nb::arg("time"),
-           "begin and end [s], forward, left [m], turn [rad] since the scan that was kept before, share of points "
-           "that fit, and share that tells how far the car went; None until there is something to tell. time: [s] of "
-           "the last beam. Releases the GIL.")
-      .def("forget", &mapping::ScanMotion::forget, "As if no scan had come.");
-  nb::class_<mapping::OccupancyGrid>(m, "OccupancyGrid", "Beams counted in cells; row 0 is the lowest.")
+           "Returns begin and end [s], forward and left [m], turn [rad] since the reference scan, the share of points "
+           "that match, and the share that constrains the forward motion; None if there is no motion to report yet. "
+           "time: [s] of the last beam. Releases the GIL.")
+      .def("forget", &mapping::ScanMotion::forget, "Clears all earlier scans.");
+  nb::class_<mapping::OccupancyGrid>(m, "OccupancyGrid",
+                                     "Counts the beams that pass or end in each cell; row 0 is the lowest.")
       .def(
           "__init__",
           [](mapping::OccupancyGrid* self, double x, double y, int columns, int rows, const MapParams& params) {
@@ -131,8 +135,9 @@ void bind_mapping(nb::module_& m) {
           },
           nb::arg("x"), nb::arg("y"), nb::arg("columns"), nb::arg("rows"), nb::arg("params"))
       .def("add", &draw, nb::arg("pose"), nb::arg("laser"), nb::arg("points"),
-           "Draws points (N, 3) x, y, range of base_link seen from its pose; laser: x, y of the laser there.")
-      .def("cells", &cells_of, "(rows, columns) 0 free, 1 occupied, 2 unknown.");
+           "Adds points (N, 3) x, y, range in base_link, with base_link at `pose` (x, y, yaw) in the map. laser: (x, "
+           "y) of the LiDAR in base_link.")
+      .def("cells", &cells_of, "(rows, columns) uint8: 0 free, 1 occupied, 2 unknown.");
 }
 
 }  // namespace firstlap::bindings

@@ -1,4 +1,4 @@
-// firstlap._core: the C++ layers as Python sees them. The package firstlap is what people should import.
+// firstlap._core: Python bindings of the C++ layers. Users import the package firstlap instead.
 #include "modules.hpp"
 
 NB_MODULE(_core, m) {

@@ -1,4 +1,4 @@
-// One function per module, each in its own file; module.cpp calls them in this order.
+// One function per binding file, called by module.cpp.
 #pragma once
 
 #include <nanobind/nanobind.h>

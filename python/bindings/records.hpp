@@ -1,4 +1,4 @@
-// Structs with a table of columns as Python sees them. Everything loops over the tables: no member is named here.
+// Bindings of structs with a table of columns. Everything loops over the tables: no member is named here.
 #pragma once
 
 #include <cstddef>
@@ -24,7 +24,7 @@ inline nb::str text(std::string_view view) { return nb::str(view.data(), view.si
 template <class Record, class Get>
 using ColumnValue = std::remove_cvref_t<std::invoke_result_t<const Get&, const Record&>>;
 
-// The table of a struct for Python: a list of dicts with name, unit and doc.
+// The table of a struct: a list of dicts with name, unit and doc.
 template <HasColumns Record>
 nb::list column_list() {
   nb::list result;
@@ -59,7 +59,7 @@ void assign(Record& record, const Values& values) {
   }(std::make_index_sequence<column_count<Record>>{});
 }
 
-// A struct of numbers as a row, and back.
+// Conversion between structs of numbers and rows.
 template <HasColumns Record>
 void append_row(const Record& record, std::vector<double>& rows) {
   for_each_column<Record>([&](const auto& column) { rows.push_back(std::invoke(column.get, record)); });
@@ -84,13 +84,13 @@ std::string representation(const char* name, const Record& record) {
   return result + ")";
 }
 
-// For the documentation of a property.
+// Docstring of a property.
 template <class Get>
 std::string described(const Column<Get>& column) {
   return (column.unit.empty() ? "" : "[" + std::string(column.unit) + "] ") + std::string(column.doc);
 }
 
-// A read-only property for every column, gotten from `part(object)`.
+// Defines a read-only property for every column of `part(object)`.
 template <HasColumns Record, class Class, class Part>
 void def_columns(Class& bound, Part part) {
   using Object = typename Class::Type;
@@ -102,7 +102,7 @@ void def_columns(Class& bound, Part part) {
   });
 }
 
-// A constructor with an argument for every column, at its default.
+// Defines a constructor with an argument for every column, with its default.
 template <HasColumns Record, class... Gets>
 void def_init(nb::class_<Record>& bound, const std::tuple<Column<Gets>...>& columns) {
   const Record defaults{};
@@ -117,7 +117,7 @@ void def_init(nb::class_<Record>& bound, const std::tuple<Column<Gets>...>& colu
       columns);
 }
 
-// An immutable Python class with the columns as properties, in the order of the table where it is unpacked.
+// Binds an immutable Python class with the columns as properties; it unpacks in the order of the table.
 template <HasColumns Record>
 nb::class_<Record> bind_record(nb::module_& m, const char* name, const char* doc) {
   using Values = decltype(std::apply(

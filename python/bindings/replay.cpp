@@ -1,5 +1,4 @@
-// Many steps in one call: over the scans of a recording, and over a race that is being logged. Both run without
-// the interpreter's lock.
+// Many steps in one call: over the scans of a recording, and in a race with logging. Both release the GIL.
 #include <chrono>
 #include <cstdint>
 #include <nanobind/nanobind.h>
@@ -62,8 +61,7 @@ nb::dict replay(Driver& driver, const Ranges& ranges, const Counts& sizes, const
   return log.take();
 }
 
-// A driver that keeps what it was given and what it made of it. For races that are logged, not for a car: it
-// allocates.
+// A driver that logs its inputs and results. For logged races, not for a car: it allocates.
 class LoggedDriver final : public Driver {
  public:
   explicit LoggedDriver(Driver& driver) : driver_(driver) {}
@@ -105,7 +103,7 @@ class LoggedDriver final : public Driver {
   std::vector<double> headers_, measured_, dts_;
 };
 
-// The true pose and state at each scan of a race, from scan `first` on.
+// True pose and motion at each scan of a race, from scan `first` on.
 nb::dict truth(const sim::Race& race, std::size_t first) {
   std::vector<double> pose, motion;
   const auto& path = race.result().path;
@@ -124,16 +122,17 @@ nb::dict truth(const sim::Race& race, std::size_t first) {
 void bind_replay(nb::module_& m) {
   m.def("replay", &replay, nb::arg("driver"), nb::arg("ranges").noconvert(), nb::arg("sizes"), nb::arg("headers"),
         nb::arg("states"), nb::arg("dts"),
-        "Steps through N scans that stand end to end in `ranges`. headers (N, 5) and states (N, 3): rows of the tables "
-        "of LaserScan and VehicleState. Returns columns, see firstlap.recordings.step_log.");
-  nb::class_<LoggedDriver, Driver>(m, "LoggedDriver", "A driver that keeps what it was given and what it made of it.")
+        "Steps through N scans whose ranges are concatenated in `ranges`; sizes (N,). headers (N, 5) and states (N, 3) "
+        "are rows of the tables of LaserScan and VehicleState; dts (N,) [s]. Returns columns, see "
+        "firstlap.recordings.step_log.");
+  nb::class_<LoggedDriver, Driver>(m, "LoggedDriver", "A driver that logs its inputs and results.")
       .def(nb::init<Driver&>(), nb::arg("driver"), nb::keep_alive<1, 2>())
-      .def(
-          "take", &LoggedDriver::take,
-          "Columns of the steps since the last call, as of `replay`, and what it was given: ranges, one scan after the "
-          "other, sizes (N,), headers (N, 5), measured (N, 3), dt (N,).");
+      .def("take", &LoggedDriver::take,
+           "Columns of the steps since the last call, as from `replay`, and the inputs: ranges (concatenated), sizes "
+           "(N,), headers (N, 5), measured (N, 3), dt (N,).");
   m.def("truth", &truth, nb::arg("race"), nb::arg("first"),
-        "pose (N, 3) x, y, yaw and motion (N, 2) speed, yaw rate at each scan of a race from scan `first` on.");
+        "pose (N, 3) x, y, yaw in the map and motion (N, 2) speed, yaw rate at each scan of a race, from scan `first` "
+        "on.");
 }
 
 }  // namespace firstlap::bindings

@@ -1,4 +1,4 @@
-// The tables of what the core gives out, for docs and logs.
+// The tables of all output structs, for docs and logs.
 #include <nanobind/nanobind.h>
 
 #include "firstlap/drivers/center_pid.hpp"
@@ -51,7 +51,7 @@ nb::dict result_tables() {
 
 void bind_result_tables(nb::module_& m) {
   m.def("result_tables", &result_tables,
-        "The tables of scans, states, results and traces, and under left, right, line and path of the rows of a log: "
+        "The tables of scans, states, results and traces, and of the rows left, right, line and path of a log: "
         "{struct: [{name, unit, doc}]}.");
 }
 

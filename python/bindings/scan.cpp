@@ -1,4 +1,4 @@
-// Scans and states as drivers take them, and which scans may be used.
+// Scans and states as inputs of drivers, and the validity of scans.
 #include <nanobind/stl/string.h>
 #include <string>
 #include <utility>
@@ -31,14 +31,13 @@ Numpy<bool, 1> returns(const BoundScan& bound) {
   return flags(scan.ranges, [&](float r) { return is_return(scan, static_cast<double>(r)); });
 }
 
-// The header's defaults are those of the default car's LiDAR; all beams of one moment.
+// Header defaults are those of the default car's LiDAR, without sweep time.
 void bind_laser_scan(nb::module_& m) {
   const sim::LidarParams lidar;
-  nb::class_<BoundScan> bound(
-      m, "LaserScan",
-      "One sweep of a planar LiDAR, as sensor_msgs/LaserScan. The seam between its first and last beam may lie "
-      "anywhere, and it may turn either way. A range that is not finite, or not between range_min and range_max, is no "
-      "return (REP 117).");
+  nb::class_<BoundScan> bound(m, "LaserScan",
+                              "One sweep of a planar LiDAR, as sensor_msgs/LaserScan. The seam between first and last "
+                              "beam may be anywhere, and the LiDAR may rotate either way. A range that is not finite, "
+                              "or not between range_min and range_max, is no return (REP 117).");
   bound
       .def(
           "__init__",
@@ -55,8 +54,8 @@ void bind_laser_scan(nb::module_& m) {
       .def_prop_ro(
           "header", [](const BoundScan& self) { return as_values(self.scan()); },
           nb::for_getter(nb::sig("def header(self) -> tuple[float, float, float, float, float]")),
-          "All but the ranges, in the order of the table.")
-      .def("returns", &returns, "(beams,) which beams are returns; the others saw nothing, however that is spelled.")
+          "All fields but the ranges, in the order of the table.")
+      .def("returns", &returns, "(beams,) bool: which beams have a return.")
       .def_static("columns", &column_list<LaserScan>,
                   "The table of the header: a list of dicts with name, unit and doc.");
   def_columns<LaserScan>(bound, &BoundScan::scan);
@@ -66,17 +65,17 @@ void bind_laser_scan(nb::module_& m) {
 
 void bind_scan(nb::module_& m) {
   bind_laser_scan(m);
-  bind_record<VehicleState>(m, "VehicleState", "What the car measures about itself at the end of the sweep.");
+  bind_record<VehicleState>(m, "VehicleState", "State measured by the car at the end of the sweep.");
   m.def("judge_scan", &judge_scan, nb::arg("scan"), nb::arg("period"), nb::arg("angle_max"),
-        "Fault by name ('none'), reason ('' where the scan may be used) and remarks. period: [s] between scans, 0 not "
-        "known; angle_max: [rad] as its message states it, NaN not known.");
+        "Returns the fault by name ('none'), the reason ('' if the scan is usable) and remarks. period: [s] between "
+        "scans, 0 if unknown; angle_max: [rad] as in the message, NaN if unknown.");
   m.def("usable_sweep_time", &usable_sweep_time, nb::arg("time_increment"), nb::arg("beams"), nb::arg("period"),
-        "[s] from the first beam to the last; 0 where time_increment [s] is negative, not finite, or makes it longer "
-        "than period [s] allows (0: not known).");
-  nb::class_<ScanPeriod>(m, "ScanPeriod", "How often scans come, learned so slowly that a lost one does not matter.")
+        "[s] from the first beam to the last; 0 if time_increment [s] is negative, not finite, or gives a longer sweep "
+        "than period [s] allows (0: unknown).");
+  nb::class_<ScanPeriod>(m, "ScanPeriod", "The scan period, low-pass filtered so that a lost scan has little effect.")
       .def(nb::init<>())
-      .def("learn", &ScanPeriod::learn, nb::arg("dt"), "dt: [s] since the scan before.")
-      .def_prop_ro("seconds", &ScanPeriod::seconds, "[s] between scans; 0: not known.");
+      .def("learn", &ScanPeriod::learn, nb::arg("dt"), "dt: [s] since the previous scan.")
+      .def_prop_ro("seconds", &ScanPeriod::seconds, "[s] between scans; 0: unknown.");
 }
 
 }  // namespace firstlap::bindings

@@ -1,4 +1,4 @@
-// The simulator: track, car, lidar, race.
+// The simulator: track, car, LiDAR, race.
 #include <cstdint>
 #include <memory>
 #include <nanobind/stl/string.h>
@@ -46,7 +46,7 @@ Car car_preset(const std::string& name) {
   throw nb::key_error(name.c_str());
 }
 
-// At most `scans` periods; false when the race is over. Raises what a driver in Python raised.
+// At most `scans` scan periods; false when the race is over. Rethrows the exception of a Python driver.
 bool advance(Race& race, int scans) {
   auto* callback = dynamic_cast<CallbackDriver*>(&race.driver());
   bool going = !race.over() && !(callback && callback->failed());
@@ -59,37 +59,39 @@ bool advance(Race& race, int scans) {
 }
 
 void bind_race(nb::module_& m) {
-  bind_record<sim::Lap>(m, "Lap", "A complete lap.");
+  bind_record<sim::Lap>(m, "Lap", "A completed lap.");
   bind_record<sim::Contact>(m, "Contact", "When and where the car touched a wall or the sudden obstacle.");
   bind_record<sim::ObstacleSeen>(m, "ObstacleSeen",
-                                 "The sudden obstacle, once it has appeared: its middle in the map frame.");
-  bind_sections<RaceOptions>(m, "RaceOptions", "How a race is run. The seed is an attribute of its own.")
+                                 "The sudden obstacle, once it has appeared, with its center in the map frame.");
+  bind_sections<RaceOptions>(m, "RaceOptions", "Options of a race. The seed is a separate attribute.")
       .def_rw("seed", &RaceOptions::seed, "64 bits; the same seed gives the same race, bit for bit.");
-  nb::class_<Race>(m, "Race", "One car, one track, one driver, some laps; stepped scan by scan.")
+  nb::class_<Race>(m, "Race", "One car on one track with one driver, stepped scan by scan.")
       .def(nb::init<const Track&, const Car&, Driver&, const RaceOptions&>(), nb::arg("track"), nb::arg("car"),
            nb::arg("driver"), nb::arg("options"), nb::keep_alive<1, 2>(), nb::keep_alive<1, 4>(),
-           "Resets the driver and stands the car on the line. Raises ValueError where that cannot be.")
+           "Resets the driver and places the car on the start line. Raises ValueError for an invalid track, option or "
+           "start.")
       .def("advance", &advance, nb::arg("scans") = 1,
-           "Drives for so many scan periods, without the GIL. False when the race is over. Raises what a driver in "
-           "Python raised.")
+           "Drives for `scans` scan periods; releases the GIL. Returns False when the race is over. Raises the "
+           "exception of a Python driver.")
       .def(
           "result", [](const Race& race) { return as_dict(race.result()); },
-          "What it has left behind so far; see docs/results-format.md.")
+          "The result so far; see docs/results-format.md.")
       .def(
-          "laps_done", [](const Race& race) { return race.result().laps.size(); }, "Complete laps.")
+          "laps_done", [](const Race& race) { return race.result().laps.size(); }, "Number of completed laps.")
       .def(
-          "scan", [](const Race& race) { return BoundScan::of(race.scan()); }, "The scan that the driver saw last.")
-      .def("measured", &Race::measured, "The state that the driver was given last.")
-      .def("state", &Race::state, "The true state now.")
+          "scan", [](const Race& race) { return BoundScan::of(race.scan()); }, "The last scan given to the driver.")
+      .def("measured", &Race::measured, "The last state given to the driver.")
+      .def("state", &Race::state, "The current true state.")
       .def_prop_ro(
-          "pose", [](const Race& race) { return as_tuple(race.pose()); }, "x, y, yaw of base_link now.")
+          "pose", [](const Race& race) { return as_tuple(race.pose()); },
+          "Current x, y, yaw of base_link in the map frame [m, rad].")
       .def_prop_ro("time", &Race::time, "[s] since the start.")
       .def_prop_ro("s", &Race::s, "[m] along the centerline.")
       .def_prop_ro("lateral_offset", &Race::lateral_offset, "[m] left of the centerline.")
       .def_prop_ro("track_length", &Race::track_length, "[m] of the centerline.");
 }
 
-// A lidar that keeps its track.
+// A LiDAR that keeps its track alive.
 struct ScanMaker {
   sim::Lidar lidar;
   ScanMaker(const Track& track, const Car& car) : lidar(car.lidar, track.walls) {}
@@ -104,19 +106,19 @@ struct ScanMaker {
 }  // namespace
 
 void bind_sim(nb::module_& m) {
-  nb::class_<Track>(m, "Track", "Walls and a closed centerline, as the simulator takes them.")
+  nb::class_<Track>(m, "Track", "Walls and a closed centerline for the simulator.")
       .def(
           "__init__",
           [](Track* self, const Rows& segments, const Flags& visible, const Flags& solid, const Rows& centerline) {
             new (self) Track(make_track(segments, visible, solid, centerline));
           },
           nb::arg("segments"), nb::arg("visible"), nb::arg("solid"), nb::arg("centerline"));
-  bind_sections<Car>(m, "Car", "Every parameter of a simulated car, in sections.")
+  bind_sections<Car>(m, "Car", "All parameters of a simulated car, in sections.")
       .def_static("preset", &car_preset, nb::arg("name"), "The car 'default', 'nuc2' or 'gym'. Raises KeyError.");
-  nb::class_<ScanMaker>(m, "Lidar", "The car's lidar on a track, without noise.")
+  nb::class_<ScanMaker>(m, "Lidar", "The car's LiDAR on a track, without noise.")
       .def(nb::init<const Track&, const Car&>(), nb::arg("track"), nb::arg("car"), nb::keep_alive<1, 2>())
       .def("scan", &ScanMaker::scan, nb::arg("x"), nb::arg("y"), nb::arg("yaw"),
-           "Exact ranges [m] (beams,) from the laser's pose in the map frame.");
+           "Exact ranges [m] (beams,) from the LiDAR's pose in the map frame [m, rad].");
   bind_race(m);
 }
 

@@ -1,4 +1,4 @@
-// The estimate of the car's state, for cars with poor odometry.
+// State estimation for cars with poor odometry.
 #include "firstlap/estimation/state_estimate.hpp"
 
 #include "modules.hpp"
@@ -19,8 +19,8 @@ inline void validate(const StateEstimateParams& params) { validate(params, "stat
 namespace firstlap::bindings {
 
 void bind_state_estimate(nb::module_& m) {
-  bind_sections<StateEstimateParams>(m, "StateEstimateParams", "Every parameter of the state estimate.");
-  nb::class_<StateEstimate>(m, "StateEstimate", "Wheel speed, yaw rate and wheel angle fused.")
+  bind_sections<StateEstimateParams>(m, "StateEstimateParams", "All parameters of the state estimation.");
+  nb::class_<StateEstimate>(m, "StateEstimate", "Extended Kalman filter of wheel speed, gyro and steering angle.")
       .def(
           "__init__", [](StateEstimate* self, const StateEstimateParams& params) { new (self) StateEstimate(params); },
           nb::arg("params"), "Raises ValueError with field, value and range.")
@@ -29,12 +29,12 @@ void bind_state_estimate(nb::module_& m) {
           [](StateEstimate& estimate, double steering_angle, double dt) {
             estimate.predict({0.0, steering_angle}, dt);
           },
-          nb::arg("steering_angle"), nb::arg("dt"), "Moves on by dt [s] under a commanded wheel angle [rad].")
-      .def("measure_speed", &StateEstimate::measure_speed, nb::arg("speed"), "[m/s] of the wheels.")
-      .def("measure_yaw_rate", &StateEstimate::measure_yaw_rate, nb::arg("yaw_rate"), "[rad/s] of the gyro.")
+          nb::arg("steering_angle"), nb::arg("dt"), "Predicts by dt [s] with a commanded steering angle [rad].")
+      .def("measure_speed", &StateEstimate::measure_speed, nb::arg("speed"), "[m/s] wheel speed.")
+      .def("measure_yaw_rate", &StateEstimate::measure_yaw_rate, nb::arg("yaw_rate"), "[rad/s] gyro.")
       .def("measure_steering", &StateEstimate::measure_steering, nb::arg("steering_angle"), "[rad]")
-      .def("state", &StateEstimate::state, "As estimated now.")
-      .def_prop_ro("yaw_rate_bias", &StateEstimate::yaw_rate_bias, "[rad/s] of the gyro.")
+      .def("state", &StateEstimate::state, "The current estimate.")
+      .def_prop_ro("yaw_rate_bias", &StateEstimate::yaw_rate_bias, "[rad/s] bias of the gyro.")
       .def("reset", &StateEstimate::reset, "Forgets everything.");
 }
 

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 
-// Median width where both walls are seen; NaN where they never are.
+// Median width where both walls are visible; NaN if they never are.
 double width_seen(const Centerline& line) {
   std::vector<double> widths;
   for (const CenterlinePoint& p : line.points)
@@ -42,7 +42,7 @@ void add_line(const Centerline& line, LoggedRows<LoggedLine>& into) {
 void StepLog::add(const StepResult& result, const Trace* trace, double microseconds) {
   steps_.push_back({result, microseconds});
   if (trace == nullptr) return;
-  // After bad data the walls of the last good scan would still be there.
+  // Without a usable scan, the trace holds no walls of this step.
   const bool looked = result.status != Status::bad_scan && result.status != Status::bad_state;
   static const LocalWalls nothing;
   const LocalWalls& walls = looked ? trace->walls : nothing;

@@ -1,4 +1,4 @@
-// What a run of steps leaves behind, as columns: scalars one a scan, sequences end to end with their sizes.
+// The log of a sequence of steps, as columns: one scalar per scan, sequences concatenated, with their sizes.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace firstlap::bindings {
 
-// What every driver leaves behind.
+// Logged for every driver.
 struct LoggedStep {
   StepResult result{};
   double microseconds = 0.0;
@@ -19,12 +19,12 @@ struct LoggedStep {
     using C = LoggedStep;
     return std::tuple{
         Part{&C::result},
-        Column{"microseconds", &C::microseconds, "us", "of computing"},
+        Column{"microseconds", &C::microseconds, "us", "computing time of the step"},
     };
   }
 };
 
-// And what a trace is worth in a log.
+// Logged for drivers with a trace.
 struct LoggedTrace {
   double width = 0.0;
   double width_seen = 0.0;
@@ -39,13 +39,13 @@ struct LoggedTrace {
     using C = LoggedTrace;
     return std::tuple{
         Column{"width", &C::width, "m", "remembered track width"},
-        Column{"width_seen", &C::width_seen, "m", "median where both walls are seen; NaN where they never are"},
-        Column{"left_seen", &C::left_seen, "", "how many of the first rows of `left` this scan saw itself"},
-        Column{"right_seen", &C::right_seen, "", "how many of the first rows of `right` this scan saw itself"},
-        Column{"clearance", &C::clearance, "m", "smallest distance of the path ahead to any wall; NaN without a path"},
-        Column{"ahead", &C::ahead, "m", "of path ahead of the front axle"},
-        Column{"nearest", &C::nearest, "", "row of `path` next to the front axle"},
-        Column{"lookahead", &C::lookahead, "m", "x, y of the point that steering looks at; NaN without a path"},
+        Column{"width_seen", &C::width_seen, "m", "median where both walls are visible; NaN if they never are"},
+        Column{"left_seen", &C::left_seen, "", "number of rows of `left` that are from this scan (the first ones)"},
+        Column{"right_seen", &C::right_seen, "", "number of rows of `right` that are from this scan (the first ones)"},
+        Column{"clearance", &C::clearance, "m", "smallest distance of the path ahead to a wall; NaN without a path"},
+        Column{"ahead", &C::ahead, "m", "length of the path ahead of the front axle"},
+        Column{"nearest", &C::nearest, "", "row of `path` nearest to the front axle"},
+        Column{"lookahead", &C::lookahead, "m", "x, y of the path point used by the steering; NaN without a path"},
     };
   }
 };
@@ -58,7 +58,7 @@ struct LoggedWall {
     return std::tuple{
         Column{"x", &C::x, "m", "of a sample, base_link"},
         Column{"y", &C::y, "m", "of a sample, base_link"},
-        Column{"age", &C::age, "s", "since it was seen; 0: in this scan"},
+        Column{"age", &C::age, "s", "since it was measured; 0: in this scan"},
     };
   }
 };
@@ -72,14 +72,14 @@ struct LoggedLine {
     return std::tuple{
         Column{"x", &C::x, "m", "of a centerline point, base_link"},
         Column{"y", &C::y, "m", "of a centerline point, base_link"},
-        Column{"width", &C::width, "m", "measured where both sides support it, else estimated"},
+        Column{"width", &C::width, "m", "measured if both walls support the point, else estimated"},
         Column{"support", [](const C& p) { return static_cast<double>(p.support); }, "",
-               "what it stands on: 0 none, 1 right, 2 left, 3 both"},
+               "walls that support it: 0 none, 1 right, 2 left, 3 both"},
     };
   }
 };
 
-// Rows of every scan, end to end.
+// Rows of all scans, concatenated.
 template <class Row>
 struct LoggedRows {
   std::vector<double> rows;
@@ -88,10 +88,10 @@ struct LoggedRows {
 
 class StepLog {
  public:
-  // `trace` is null where the driver has none: then the sequences stay empty.
+  // `trace` is null for drivers without one; then the sequences stay empty.
   void add(const StepResult& result, const Trace* trace, double microseconds);
 
-  // Moves the columns out; the log is empty after it.
+  // Moves the columns out and clears the log.
   [[nodiscard]] nanobind::dict take();
 
   // Calls `visit(name, sequence)`.

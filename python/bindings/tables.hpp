@@ -1,5 +1,4 @@
-// Python's view of a struct of parameter sections. Everything loops over the field tables: no
-// parameter is named here.
+// Bindings of structs of parameter sections. Everything loops over the field tables: no parameter is named here.
 #pragma once
 
 #include <nanobind/nanobind.h>
@@ -73,7 +72,7 @@ void set_parameter(Sections& sections, std::string_view section_name, std::strin
     if (!(value >= field.min && value <= field.max) ||
         (!std::is_same_v<T, double> && value != static_cast<double>(static_cast<int>(value)))) {
       throw std::invalid_argument(std::string(section_name) + "." + std::string(name) + " = " + std::to_string(value) +
-                                  " is not a value of its table");
+                                  " is not an allowed value");
     }
     section.*(field.member) = static_cast<T>(value);
   });
@@ -92,21 +91,22 @@ nb::dict all_values(const Sections& sections) {
   return result;
 }
 
-// The members that every struct of sections has in Python. Returns the class for more.
+// Binds a struct of sections with the members common to all of them. Returns the class for more.
 template <class Sections>
 nb::class_<Sections> bind_sections(nb::module_& m, const char* name, const char* doc) {
   return nb::class_<Sections>(m, name, doc)
-      .def(nb::init<>(), "Every parameter at its default.")
+      .def(nb::init<>(), "All parameters at their defaults.")
       .def(nb::init<const Sections&>(), nb::arg("other"), "A copy.")
       .def_static("fields", &field_list<Sections>,
                   "The field table: a list of dicts with section, name, unit, min, max, default, doc and type.")
-      .def("get", &get_parameter<Sections>, nb::arg("section"), nb::arg("name"), "One value. Raises KeyError.")
+      .def("get", &get_parameter<Sections>, nb::arg("section"), nb::arg("name"),
+           "One value. Raises KeyError for an unknown name.")
       .def("set", &set_parameter<Sections>, nb::arg("section"), nb::arg("name"), nb::arg("value"),
            "Sets one value. Raises KeyError for an unknown name, ValueError for a value out of its range.")
       .def("values", &all_values<Sections>, "All values, {section: {name: value}}.")
       .def(
           "validate", [](const Sections& self) { validate(self); },
-          "Raises ValueError with field, value and range where a value, or a pair of values, is not allowed.");
+          "Raises ValueError with field, value and range if a value, or a pair of values, is not allowed.");
 }
 
 }  // namespace firstlap::bindings

@@ -1,5 +1,4 @@
-// What the core gives out as plain Python data: dicts, lists, tuples and numpy arrays, by its type and its tables
-// alone.
+// C++ results as plain Python data (dicts, lists, tuples, numpy arrays), according to their types and tables.
 #pragma once
 
 #include <concepts>
@@ -20,7 +19,7 @@
 
 namespace firstlap::bindings {
 
-// How Python gets a struct with a table: as a dict, as an object of its own class, or as a tuple.
+// Python representation of a struct with a table: a dict, an object of its own class, or a tuple.
 enum class Form { dict, record, tuple };
 
 template <class T>
@@ -66,7 +65,7 @@ nb::dict as_dict(const T& value) {
   return result;
 }
 
-// The type of a numpy array of such values.
+// Element type of a numpy array of such values.
 template <class T>
 struct Element {
   using Type = std::conditional_t<std::integral<T> && (sizeof(T) > 1), std::int64_t, T>;
@@ -77,7 +76,7 @@ struct Element<T> {
   using Type = std::underlying_type_t<T>;
 };
 
-// `get` of every item, as a numpy array.
+// A numpy array with `get` of every item.
 template <Iterable Items, class Get>
 nb::object to_array(const Items& items, const Get& get) {
   using T = std::remove_cvref_t<std::invoke_result_t<const Get&, decltype(*items.begin())>>;
@@ -93,7 +92,7 @@ nb::object to_array(const Items& items, const Get& get) {
   }
 }
 
-// Numbers and points as an array, objects and tuples as a list, other structs as a dict of arrays.
+// Numbers and points become an array, objects and tuples a list, other structs a dict of arrays.
 template <Iterable Items>
 nb::object from_sequence(const Items& items) {
   using T = std::remove_cvref_t<decltype(*items.begin())>;

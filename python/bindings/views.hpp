@@ -1,4 +1,4 @@
-// numpy arrays as C++ reads them: not copied, contiguous, of the type that the core computes with.
+// numpy arrays as C++ inputs: contiguous, not copied, of exactly the needed type.
 #pragma once
 
 #include <cstdint>

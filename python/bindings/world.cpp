@@ -1,4 +1,4 @@
-// Cars that are commanded from outside: what the simulator node steps.
+// Cars commanded from outside, for the simulator node.
 #include "firstlap/sim/world.hpp"
 
 #include <cstdint>
@@ -64,71 +64,74 @@ nb::tuple own_angles(const World& world, std::size_t car) {
 }  // namespace
 
 void bind_world(nb::module_& m) {
-  bind_sections<WorldOptions>(m, "WorldOptions", "How many cars, and how they are treated.");
+  bind_sections<WorldOptions>(m, "WorldOptions", "Number of cars, and how they are treated.");
   nb::class_<World>(m, "World",
-                    "Cars of one kind on one track, commanded from outside; see cpp/firstlap/sim/world.hpp.")
+                    "Several identical cars on one track, commanded from outside; see cpp/firstlap/sim/world.hpp.")
       .def(nb::init<const sim::Track&, const sim::Car&, const WorldOptions&, std::uint64_t>(), nb::arg("track"),
            nb::arg("car"), nb::arg("options"), nb::arg("seed"), nb::keep_alive<1, 2>(),
-           "Raises ValueError where the cars cannot start.")
-      .def("advance", &World::advance, nb::call_guard<nb::gil_scoped_release>(), "One scan period of all cars.")
+           "Raises ValueError for invalid parameters or starts.")
+      .def("advance", &World::advance, nb::call_guard<nb::gil_scoped_release>(),
+           "Advances all cars by one scan period. Releases the GIL.")
       .def(
           "command",
           [](World& world, std::size_t car, double speed, double steering_angle, double after) {
             world.command(checked(world, car), {speed, steering_angle}, after);
           },
           nb::arg("car"), nb::arg("speed"), nb::arg("steering_angle"), nb::arg("after") = 0.0,
-          "Speed [m/s] and wheel angle [rad], `after` seconds from now.")
+          "Commands speed [m/s] and steering angle [rad], `after` [s] from now.")
       .def(
           "reset", [](World& world, std::size_t car) { world.reset(checked(world, car)); }, nb::arg("car"),
-          "Back to its start, at rest; its laps begin anew.")
+          "Places the car at its start, at rest; its laps start again.")
       .def(
           "place",
           [](World& world, std::size_t car, double x, double y, double yaw) {
             world.place(checked(world, car), {x, y, yaw});
           },
-          nb::arg("car"), nb::arg("x"), nb::arg("y"), nb::arg("yaw"), "To a pose [m, rad] of base_link, at rest.")
+          nb::arg("car"), nb::arg("x"), nb::arg("y"), nb::arg("yaw"),
+          "Places base_link at a pose [m, rad] in the map frame, at rest.")
       .def(
           "kick",
           [](World& world, std::size_t car, double lateral_speed, double yaw_rate) {
             world.kick(checked(world, car), lateral_speed, yaw_rate);
           },
-          nb::arg("car"), nb::arg("lateral_speed"), nb::arg("yaw_rate"), "A shove [m/s], [rad/s].")
+          nb::arg("car"), nb::arg("lateral_speed"), nb::arg("yaw_rate"),
+          "A disturbance: adds to lateral speed [m/s] and yaw rate [rad/s].")
       .def(
           "fits",
           [](const World& world, std::size_t car, double x, double y, double yaw) {
             return world.fits(checked(world, car), {x, y, yaw});
           },
           nb::arg("car"), nb::arg("x"), nb::arg("y"), nb::arg("yaw"),
-          "Whether it could stand there, on no wall and on no other car.")
+          "Whether the car can be placed there, without contact with a wall or another car.")
       .def("change", &World::change, nb::arg("car"), nb::arg("mu_scale"),
-           "The cars are like this from here on; they go on from where they are. Raises ValueError for parameters that "
-           "cannot be, and for other beams, another rate of the lidar or another vehicle.model; then nothing has "
-           "changed.")
-      .def("truth", &truth, nb::arg("car"), "Pose in the map frame and true motion, SI.")
+           "Changes the parameters of all cars from now on; motion and laps continue. Raises ValueError for invalid "
+           "parameters, or a change of lidar.beams, lidar.rate or vehicle.model; then nothing changes.")
+      .def("truth", &truth, nb::arg("car"), "Pose in the map frame and true motion, in SI units.")
       .def(
           "measured", [](const World& world, std::size_t car) { return world.measured(checked(world, car)); },
-          nb::arg("car"), "The state at the last scan, as the car has it.")
+          nb::arg("car"), "The state measured at the last scan.")
       .def(
           "scan", [](const World& world, std::size_t car) { return BoundScan::of(world.scan(checked(world, car))); },
-          nb::arg("car"), "The last scan, as the drivers take it: with the laser's mounting turned in.")
+          nb::arg("car"), "The last scan, as drivers take it: its angles include the LiDAR's mounting.")
       .def(
           "laps", [](const World& world, std::size_t car) { return to_python(world.laps(checked(world, car))); },
           nb::sig("def laps(self, car: int) -> list[Lap]"), nb::arg("car"),
-          "Complete laps since the reset, as of a race.")
+          "Completed laps since the last reset, as in a race.")
       .def(
           "laps_done", [](const World& world, std::size_t car) { return world.laps(checked(world, car)).size(); },
-          nb::arg("car"), "Complete laps since the reset.")
+          nb::arg("car"), "Number of completed laps since the last reset.")
       .def(
           "contacts", [](const World& world, std::size_t car) { return world.contacts(checked(world, car)); },
-          nb::arg("car"), "Contacts since the reset.")
+          nb::arg("car"), "Number of contacts since the last reset.")
       .def(
           "clearance", [](const World& world, std::size_t car) { return world.clearance(checked(world, car)); },
-          nb::arg("car"), "Smallest distance to a wall [m] since the reset.")
+          nb::arg("car"), "Smallest distance to a wall [m] since the last reset.")
       .def(
           "lap_clearance", [](const World& world, std::size_t car) { return world.lap_clearance(checked(world, car)); },
-          nb::arg("car"), "Smallest distance to a wall [m] in the lap so far, inf at its start.")
-      .def("own_angles", &own_angles, nb::arg("car") = 0,
-           "angle_min, angle_increment of the last scan in the laser's own frame, as its driver reports them.")
+          nb::arg("car"), "Smallest distance to a wall [m] in the current lap, inf at its start.")
+      .def(
+          "own_angles", &own_angles, nb::arg("car") = 0,
+          "angle_min, angle_increment [rad] of the last scan in the LiDAR's own frame, as its ROS driver reports them.")
       .def_prop_ro("time", &World::time, "[s]")
       .def_prop_ro("period", &World::period, "[s] between scans.")
       .def("__len__", &World::size);
