@@ -1,4 +1,4 @@
-// A whole step on a 1081-beam scan, and where its time goes, stage by stage.
+// A whole step on a 1081-beam scan, and the time of each stage.
 #include <algorithm>
 #include <benchmark/benchmark.h>
 #include <chrono>
@@ -25,7 +25,7 @@ Course course_of(std::int64_t kind) {
 }
 const char* name_of(std::int64_t kind) { return kind == 0 ? "corridor" : kind == 1 ? "annulus" : "hairpin"; }
 
-// Scans along a course, noisy as the LiDAR is, so that no branch is learnt by heart.
+// Scans along a course with the LiDAR's noise, so that the branch predictor cannot learn them.
 struct Lap {
   explicit Lap(std::int64_t kind) {
     const Course course = course_of(kind);
@@ -43,7 +43,7 @@ struct Lap {
   std::vector<VehicleState> states;
 };
 
-// What every stage needs from the stages before it, for scan i of a lap.
+// Inputs of every stage, from the stages before it, for scan i of a lap.
 struct Stages {
   explicit Stages(std::int64_t kind) : lap(kind) {
     for (std::size_t i = 0; i < lap.scans.size() / 2; ++i) racer.step(lap.scans[i].view(), lap.states[i], 0.025);

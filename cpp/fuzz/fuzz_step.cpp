@@ -1,4 +1,4 @@
-// Any bytes as parameters, scans, states and pauses: Racer::step gives finite commands within limits.
+// Any bytes as parameters, scans, states and intervals: Racer::step gives finite commands within limits.
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -27,7 +27,7 @@ class Bytes {
     at_ += n;
     return value;
   }
-  // Any double whatever, or one of a sane range.
+  // Any double, or one in a plausible range.
   double number(double low, double high) {
     const auto kind = take<std::uint8_t>();
     if (kind < 16) return take<double>();
@@ -62,7 +62,7 @@ Params random_params(Bytes& bytes) {
 void random_ranges(Bytes& bytes, std::vector<float>& ranges) {
   const std::size_t sizes[] = {0, 1, 2, 7, 60, 271, 1081, 2500};
   ranges.assign(sizes[bytes.take<std::uint8_t>() % 8], 0.0F);
-  // Runs of a ramp: walls, jumps, and now and then any float.
+  // Segments of a ramp: walls, jumps, and sometimes any float.
   for (std::size_t i = 0; i < ranges.size();) {
     const std::size_t run = 1 + bytes.take<std::uint8_t>();
     double r = bytes.take<std::uint8_t>() / 16.0;
@@ -70,7 +70,7 @@ void random_ranges(Bytes& bytes, std::vector<float>& ranges) {
     const bool raw = bytes.take<std::uint8_t>() < 8;
     for (std::size_t k = 0; k < run && i < ranges.size(); ++k, ++i, r += slope)
       ranges[i] = raw ? bytes.take<float>() : static_cast<float>(r);
-    if (bytes.empty() && i > 0) {  // the rest repeats what is there
+    if (bytes.empty() && i > 0) {  // the rest repeats the data so far
       for (std::size_t k = i; k < ranges.size(); ++k) ranges[k] = ranges[k - i];
       return;
     }

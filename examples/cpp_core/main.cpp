@@ -1,5 +1,5 @@
-// The method in your own program: a scan and the measured state in, a command out. Here the scans are those of a
-// straight corridor, 2 m wide, with the car 0.3 m left of its middle.
+// Use of the map-less driver in your own program: a scan and the measured state in, a command out. The scans here are
+// those of a straight corridor, 2 m wide, with the car 0.3 m left of its center.
 #include <cmath>
 #include <cstdio>
 #include <numbers>
@@ -9,7 +9,7 @@
 
 int main() {
   constexpr double half_width = 1.0, offset = 0.3, period = 0.025;
-  firstlap::Racer racer{firstlap::Params{}};  // the defaults; throws std::invalid_argument for values out of range
+  firstlap::Racer racer{firstlap::Params{}};  // defaults; throws std::invalid_argument for values out of range
 
   std::vector<float> ranges(1081);
   firstlap::LaserScan scan;
@@ -26,7 +26,8 @@ int main() {
 
   firstlap::StepResult result;
   for (int step = 0; step < 40; ++step) {
-    const firstlap::VehicleState state{result.command.speed, 0.0, 0.0};  // speed [m/s], yaw rate [rad/s], steering [rad]
+    const firstlap::VehicleState state{result.command.speed, 0.0,
+                                       0.0};  // speed [m/s], yaw rate [rad/s], steering [rad]
     result = racer.step(scan, state, period);
   }
   std::printf("%s: %.2f m/s, %.1f degrees to the %s\n", firstlap::to_string(result.status), result.command.speed,

@@ -10,7 +10,7 @@
 
 namespace {
 
-// Points of a circle around the origin, counter-clockwise.
+// Points of a circle around the origin, counterclockwise.
 std::vector<firstlap::Point2> circle(double radius) {
   constexpr int count = 360;
   std::vector<firstlap::Point2> points;

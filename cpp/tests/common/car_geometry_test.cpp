@@ -5,7 +5,7 @@
 namespace firstlap {
 namespace {
 
-TEST(Footprint, covers_the_body_and_its_margin_and_nothing_else) {
+TEST(Footprint, covers_exactly_the_body_and_its_margin) {
   const CarGeometry car{.width = 0.3, .length = 0.6, .rear_overhang = 0.1};
   for (const double margin : {0.0, 0.05}) {
     const Footprint body(car, margin);

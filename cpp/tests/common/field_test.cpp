@@ -46,13 +46,13 @@ std::vector<std::string> names() {
   return result;
 }
 
-TEST(Column, PartsStandInTheTableOfTheirStruct) {
+TEST(Column, PartsAreExpandedInTheTableOfTheirStruct) {
   EXPECT_EQ(names<Found>(), (std::vector<std::string>{"time", "x", "y", "distance"}));
   EXPECT_EQ(column_count<Found>, 4U);
   EXPECT_EQ(names<Seen>(), (std::vector<std::string>{"time", "x", "y", "distance", "x", "y"}));
 }
 
-TEST(Column, GetsFromPartsAndByFunctions) {
+TEST(Column, ReadsMembersOfPartsAndFunctions) {
   const Found found;
   const auto columns = flat_columns<Found>();
   EXPECT_EQ(std::invoke(std::get<2>(columns).get, found), 2.0);
@@ -65,7 +65,7 @@ TEST(Column, SetsAMemberOfAPart) {
   EXPECT_EQ(found.place.x, 7.0);
 }
 
-TEST(Column, APartOfManyGivesOneColumnOfEach) {
+TEST(Column, APartThatIsASequenceGivesOneColumnPerMember) {
   const Seen seen;
   const auto column = std::invoke(std::get<5>(flat_columns<Seen>()).get, seen);
   std::vector<double> values;

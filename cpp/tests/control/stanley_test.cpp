@@ -18,7 +18,7 @@ Buffer<TrajectoryPoint> line(double y, double yaw) {
   return path;
 }
 
-// A circle through the front axle, whose direction there is `yaw`; index 0 is at the axle.
+// A circle through the front axle with heading `yaw` there; index 0 is at the axle.
 Buffer<TrajectoryPoint> circle(double curvature, double yaw) {
   Buffer<TrajectoryPoint> path(max_path_points);
   for (int i = 0; i < 200; ++i) {
@@ -43,13 +43,13 @@ SteeringTerms terms(const Buffer<TrajectoryPoint>& path, const VehicleState& sta
   return track_path(path, 0, state, previous, params, car, point);
 }
 
-TEST(Stanley, the_heading_term_alone_steers_the_way_the_path_points) {
+TEST(Stanley, the_heading_term_alone_steers_in_the_direction_of_the_path) {
   const StanleyParams p = only(&StanleyParams::k_ang, 0.6);
   EXPECT_NEAR(terms(line(0.0, 0.3), {3.0, 0.0, 0.0}, p).steering_angle, 0.6 * 0.3, 1e-12);
   EXPECT_NEAR(terms(line(0.0, -0.3), {3.0, 0.0, 0.0}, p).steering_angle, -0.6 * 0.3, 1e-12);
 }
 
-TEST(Stanley, the_cross_track_term_alone_steers_towards_the_path) {
+TEST(Stanley, the_cross_track_term_alone_steers_toward_the_path) {
   const StanleyParams p = only(&StanleyParams::k_dist, 0.5);
   const double expected = std::atan(0.5 * 0.4 / (1.0 * 3.0 + 5.0));
   EXPECT_NEAR(terms(line(0.4, 0.0), {3.0, 0.0, 0.0}, p).steering_angle, expected, 1e-12) << "path left, steer left";
@@ -65,10 +65,10 @@ TEST(Stanley, the_yaw_rate_term_alone_has_the_sign_of_car_minus_path) {
   const StanleyParams p = only(&StanleyParams::k_rate, 0.01);
   EXPECT_NEAR(terms(line(0.0, 0.0), {3.0, 0.7, 0.0}, p).steering_angle, 0.01 * 0.7, 1e-12);
   EXPECT_NEAR(terms(circle(0.5, 0.0), {3.0, 0.0, 0.0}, p).steering_angle, -0.01 * 3.0 * 0.5, 1e-12);
-  EXPECT_NEAR(terms(circle(0.5, 0.0), {3.0, 1.5, 0.0}, p).steering_angle, 0.0, 1e-12) << "turning as the path does";
+  EXPECT_NEAR(terms(circle(0.5, 0.0), {3.0, 1.5, 0.0}, p).steering_angle, 0.0, 1e-12) << "turning with the path";
 }
 
-TEST(Stanley, the_yaw_rate_reference_is_a_choice) {
+TEST(Stanley, the_yaw_rate_reference_is_selectable) {
   StanleyParams p = only(&StanleyParams::k_rate, 0.01);
   p.l_max = 1.0;
   auto path = line(0.0, 0.0);
@@ -80,7 +80,7 @@ TEST(Stanley, the_yaw_rate_reference_is_a_choice) {
   EXPECT_NEAR(terms(circle(0.4, 0.0), {2.0, 1.0, 0.0}, p).yaw_rate_error, 1.0, 1e-9);
 }
 
-TEST(Stanley, the_steering_term_alone_has_the_sign_of_the_wheels_change) {
+TEST(Stanley, the_steering_term_alone_has_the_sign_of_the_steering_change) {
   const StanleyParams p = only(&StanleyParams::k_steer, 0.2);
   EXPECT_NEAR(terms(line(0.0, 0.0), {3.0, 0.0, 0.3}, p, 0.1).steering_angle, 0.2 * 0.2, 1e-12);
   EXPECT_NEAR(terms(line(0.0, 0.0), {3.0, 0.0, 0.1}, p, 0.3).steering_angle, -0.2 * 0.2, 1e-12);
@@ -101,14 +101,14 @@ TEST(Stanley, the_command_is_the_sum_of_its_four_terms) {
   EXPECT_DOUBLE_EQ(t.steering_angle, t.heading + t.cross_track + t.yaw_rate + t.steering);
 }
 
-// In a steady circle without slip the wheel stands at delta = wheelbase kappa and the front axle moves
-// along the wheel: seen from the car, the path leaves it at that angle.
+// In a steady circle without slip the steering angle is delta = wheelbase kappa and the front axle moves in the
+// direction of the wheels: relative to the car, the path has that angle.
 TEST(Stanley, with_the_neutral_lookahead_a_steady_circle_commands_the_ackermann_angle) {
   for (const double k_ang : {0.3, 0.45, 0.6}) {
     for (const double curvature : {-0.4, 0.1, 0.4}) {
       StanleyParams p = only(&StanleyParams::k_ang, k_ang);
       p.l_max = car.wheelbase * (1.0 / k_ang - 1.0);  // k_ang (1 + L / wheelbase) = 1
-      p.kappa_n = 1e9;                                // the lookahead itself, not shortened
+      p.kappa_n = 1e9;                                // the lookahead itself, not shortened by curvature
       const double ackermann = car.wheelbase * curvature;
       const auto path = circle(curvature, ackermann);
       EXPECT_NEAR(terms(path, {3.0, 3.0 * curvature, ackermann}, p).steering_angle, ackermann, 1e-3) << k_ang;
@@ -177,7 +177,7 @@ TEST(Stanley, a_lookahead_beyond_the_paths_end_takes_the_last_point) {
   EXPECT_DOUBLE_EQ(point.x, path.back().x);
 }
 
-TEST(Stanley, a_car_that_rolls_backwards_gets_a_finite_command) {
+TEST(Stanley, a_car_that_rolls_backward_gets_a_finite_command) {
   StanleyParams p;
   p.k_soft = 0.01;
   const SteeringTerms t = terms(line(0.5, 0.1), {-5.0, 0.0, 0.0}, p);

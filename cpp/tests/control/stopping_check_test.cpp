@@ -6,14 +6,14 @@
 namespace firstlap {
 namespace {
 
-// A straight path along x from behind the car, a sample every 0.1 m.
+// A straight path along x from behind the car, sampled every 0.1 m.
 Buffer<TrajectoryPoint> straight_path(double length) {
   Buffer<TrajectoryPoint> path(512);
   for (double s = 0.0; s <= length; s += 0.1) path.push({s, s - 0.5, 0.0, 0.0, 0.0, 4.0});
   return path;
 }
 
-// Walls along the path 0.9 m to either side, and on the right one a face across the path at `x`.
+// Walls 0.9 m to either side of the path; the right one includes a face across the path at `x`.
 LocalWalls corridor(double face, double from = -0.2, double to = 0.2) {
   LocalWalls walls;
   for (double x = -2.0; x < 12.0; x += 0.1) {
@@ -24,7 +24,7 @@ LocalWalls corridor(double face, double from = -0.2, double to = 0.2) {
   return walls;
 }
 
-// A car and its limits, all at their defaults unless said otherwise.
+// A car and its limits, with defaults unless stated otherwise.
 struct Believed {
   CarModel car{};
   VelocityProfileParams profile{};
@@ -41,13 +41,13 @@ StoppingCheck stop(const LocalWalls& walls, double speed, double wheels = 0.0,
 
 constexpr double nose_x = 0.455;
 
-TEST(StoppingCheck, in_an_empty_corridor_nothing_is_touched_and_the_clearance_is_that_of_the_sides) {
+TEST(StoppingCheck, in_an_empty_corridor_there_is_no_contact_and_the_clearance_is_that_of_the_sides) {
   const StoppingCheck found = stop(corridor(30.0), 4.0);
   EXPECT_TRUE(found.clear);
   EXPECT_NEAR(found.clearance, 0.9 - 0.155, 0.03);
 }
 
-TEST(StoppingCheck, a_face_beyond_the_stopping_distance_is_no_matter_and_one_within_it_is) {
+TEST(StoppingCheck, a_face_within_the_stopping_distance_is_a_contact_and_one_beyond_it_is_not) {
   const VelocityProfileParams params;
   for (const double speed : {1.5, 2.5, 4.0, 5.0}) {
     const double shortest = 0.075 * speed + speed * speed / (2.0 * params.a_brake);
@@ -74,26 +74,26 @@ TEST(StoppingCheck, more_braking_is_never_worse) {
   EXPECT_TRUE(was_clear);
 }
 
-TEST(StoppingCheck, a_car_that_stands_nose_to_nose_with_something_may_not_begin) {
+TEST(StoppingCheck, a_car_stopped_directly_in_front_of_an_obstacle_must_not_start) {
   EXPECT_FALSE(stop(corridor(nose_x + 0.05), 0.0).clear);
   EXPECT_TRUE(stop(corridor(nose_x + 0.5), 0.0).clear);
 }
 
-TEST(StoppingCheck, driving_along_something_near_is_allowed_coming_nearer_is_not) {
+TEST(StoppingCheck, driving_along_a_near_wall_is_allowed_and_approaching_it_is_not) {
   LocalWalls walls;
   for (double x = -2.0; x < 6.0; x += 0.05) walls.right.push(x, -0.19, {}, 0.0F);
   EXPECT_TRUE(stop(walls, 1.0).clear);
   EXPECT_FALSE(stop(walls, 1.0, -0.2, StopSteering::kept).clear);
 }
 
-TEST(StoppingCheck, says_how_it_held_the_wheels) {
+TEST(StoppingCheck, reports_the_steering_angle_of_the_stop) {
   const LocalWalls walls = corridor(6.0);
   EXPECT_EQ(stop(walls, 2.0, 0.2, StopSteering::straight).steering_angle, 0.0);
   EXPECT_GT(stop(walls, 2.0, 0.2, StopSteering::kept).steering_angle, 0.15);
   EXPECT_NEAR(stop(walls, 2.0, 0.0, StopSteering::to_path).steering_angle, 0.0, 1e-9);
 }
 
-TEST(StoppingCheck, is_the_same_in_the_mirror) {
+TEST(StoppingCheck, is_mirror_symmetric) {
   const LocalWalls right = corridor(1.5, -0.3, 0.05);
   LocalWalls left;
   for (std::size_t i = 0; i < right.right.size(); ++i) left.left.push(right.right.x[i], -right.right.y[i], {}, 0.0F);
@@ -106,7 +106,7 @@ TEST(StoppingCheck, is_the_same_in_the_mirror) {
   }
 }
 
-TEST(StoppingCheck, a_braking_car_asks_for_no_more_grip_than_there_is) {
+TEST(StoppingCheck, the_steering_of_a_braking_car_stays_within_the_grip) {
   const Believed believed;
   const double most = believed.check.brake_bend_share * believed.profile.a_y_max;
   for (const double speed : {0.0, 1.0, 2.0, 4.0, 8.0}) {
@@ -117,7 +117,7 @@ TEST(StoppingCheck, a_braking_car_asks_for_no_more_grip_than_there_is) {
   }
 }
 
-// [m] from the face at which a car at `speed` is first told to brake.
+// [m] Distance from the face at which a car at `speed` first brakes.
 double braking_distance(const Believed& believed, double speed) {
   const auto path = straight_path(9.0);
   const VehicleState state{speed, 0.0, 0.0};
@@ -126,7 +126,7 @@ double braking_distance(const Believed& believed, double speed) {
   return 9.0;
 }
 
-TEST(StoppingCheck, a_car_that_brakes_later_or_less_is_told_to_brake_earlier) {
+TEST(StoppingCheck, a_car_that_brakes_later_or_less_starts_to_brake_earlier) {
   const double usual = braking_distance({}, 3.0);
   Believed late, weak, soft;
   late.car.speed_delay = 0.15;
@@ -137,8 +137,8 @@ TEST(StoppingCheck, a_car_that_brakes_later_or_less_is_told_to_brake_earlier) {
   EXPECT_GT(braking_distance(soft, 3.0), usual + 0.1);
 }
 
-// The wheels point to the right, a wall stands there: the car has to turn away from it.
-TEST(StoppingCheck, a_car_with_a_slow_or_late_servo_cannot_turn_away_as_soon) {
+// The car is steered to the right, toward a wall: it has to turn away from it.
+TEST(StoppingCheck, a_car_with_a_slow_or_delayed_servo_turns_away_later) {
   LocalWalls walls;
   for (double x = -2.0; x < 6.0; x += 0.05) walls.right.push(x, -0.42, {}, 0.0F);
   const auto path = straight_path(9.0);

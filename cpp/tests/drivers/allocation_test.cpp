@@ -1,4 +1,4 @@
-// Replaces the global operator new of the whole test program by one that counts.
+// Replaces the global operator new of the whole test program by a counting one.
 #include <cstddef>
 #include <cstdlib>
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 #include "support/allocations.hpp"
 #include "support/random_inputs.hpp"
 
-// The compiler inlines these pairs halfway and takes them for mismatched.
+// The compiler inlines these pairs partly and reports them as mismatched.
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC diagnostic ignored "-Wmismatched-new-delete"
 #endif

@@ -1,5 +1,5 @@
-// The cases of method.md section 3 on synthetic scans whose truth is known: whose wall a point is, and
-// where the middle runs.
+// The cases of method.md, section 3, on synthetic scans with known truth: the side of every wall point, and the medial
+// line.
 #include <cmath>
 #include <gtest/gtest.h>
 
@@ -15,19 +15,18 @@ using scene::Scan;
 using scene::Scene;
 using scene::Tour;
 
-// What a user expects of a tour: always a path of its own, no wall on the wrong side near the car, and
-// a line that is the middle.
+// Expected of a tour: a path from every scan, no wall on the wrong side near the car, and a line in the middle.
 void expect_good(const Tour& tour, double line_tolerance, const std::string& what, double wrong_labels = 0.0) {
-  EXPECT_EQ(tour.not_ok, 0) << what << ": steps without a path of their own, of " << tour.steps;
+  EXPECT_EQ(tour.not_ok, 0) << what << ": steps without a path from their scan, of " << tour.steps;
   EXPECT_LE(tour.wrong_labels, wrong_labels * tour.labels) << what << ": of " << tour.labels << " wall samples";
-  EXPECT_LT(tour.worst_line, line_tolerance) << what << ": line off the middle, at " << tour.worst_at << " m";
+  EXPECT_LT(tour.worst_line, line_tolerance) << what << ": line off the medial line, at " << tour.worst_at << " m";
   EXPECT_EQ(tour.short_lines, 0) << what << ": steps with less than 1.5 m of line, of " << tour.steps;
 }
 
-// The front axle swings out of the line in a bend; 0.3 m leaves room for the car in 1.4 m.
+// The front axle swings out of the line in a curve; 0.3 m leaves clearance for the car in 1.4 m.
 void expect_driven(const Tour& tour, double offset, const std::string& what) {
-  EXPECT_LT(tour.worst_offset, offset) << what << ": the car left the middle";
-  EXPECT_EQ(tour.not_ok, 0) << what << ": steps without a path of their own, of " << tour.steps;
+  EXPECT_LT(tour.worst_offset, offset) << what << ": the car left the medial line";
+  EXPECT_EQ(tour.not_ok, 0) << what << ": steps without a path from their scan, of " << tour.steps;
 }
 
 std::string named(const char* name, double value) { return name + std::string(" ") + std::to_string(value); }
@@ -42,12 +41,13 @@ TEST(Cases, straight) {
   }
 }
 
-// Past the last piece of a wall that is in view one sees what stands behind it: this share of the samples
-// near the car may be on the wrong side (method.md section 11: precision 0.95 to 1.0).
+// Past the last visible piece of a wall, the LiDAR sees what is behind it: this share of the samples near the car may
+// be on the wrong side (method.md, section 11: precision 0.95 to 1.0).
 constexpr double past_the_end = 0.02;
 
-// Pairs of more than width_max are none: one wall alone stands for the track, which is remembered as wide as it can be.
-TEST(Cases, wider_than_a_pair_may_be) {
+// Wall pairs wider than width_max are not used: a single wall represents the track, and its remembered width is the
+// maximum.
+TEST(Cases, wider_than_the_pair_limit) {
   const Course course = Course{}.straight(12).turn(6, 0.6).straight(12);
   const double most = Params{}.track_width.width_max;
   for (const double wider : {-0.1, 0.1, 0.4}) {
@@ -82,8 +82,8 @@ TEST(Cases, hairpin_driven) {
   }
 }
 
-// Round a single pipe: the inner wall is a line whose end hides its other face.
-TEST(Cases, hairpin_round_the_end_of_a_thin_wall) {
+// Around a single pipe: the inner wall is a line whose end occludes its other face.
+TEST(Cases, hairpin_around_the_end_of_a_thin_wall) {
   for (const double sign : {1.0, -1.0}) {
     Scene scene;
     const int inner = sign > 0.0 ? scene::left : scene::right;
@@ -101,8 +101,8 @@ TEST(Cases, hairpin_round_the_end_of_a_thin_wall) {
   }
 }
 
-// One wall alone in view: the inner wall of a hairpin is already behind the car.
-TEST(Cases, hairpin_with_the_inner_wall_out_of_sight_in_the_first_scan_still_turns_the_right_way) {
+// Only one wall is visible: the inner wall of a hairpin is already behind the car.
+TEST(Cases, hairpin_with_the_inner_wall_occluded_in_the_first_scan_still_turns_the_right_way) {
   for (const double sign : {1.0, -1.0}) {
     const Course course = Course{}.straight(8).turn(1.2, sign * scene::pi).straight(8);
     const Scene scene = course.walls(1.6);
@@ -169,8 +169,8 @@ TEST(Cases, pipes_with_joints_in_a_straight_with_a_hall_behind) {
   }
 }
 
-TEST(Cases, pipes_with_joints_in_bends_with_a_hall_behind) {
-  // On the outside of the bend a joint is half as wide again.
+TEST(Cases, pipes_with_joints_in_curves_with_a_hall_behind) {
+  // On the outside of the curve a joint is 1.5 times as wide.
   for (const double joint : {0.05, 0.2, 0.4, 0.5}) {
     const Course course = Course{}.straight(6).turn(2.0, 1.5).turn(2.0, -2.5).straight(9);
     Scene scene = course.pipes(2.0, 1.0, joint);
@@ -185,7 +185,7 @@ TEST(Cases, pipes_with_joints_in_bends_with_a_hall_behind) {
 // Seen and not seen ------------------------------------------------------------------------------------
 
 TEST(Cases, an_open_area_beyond_a_low_wall) {
-  // Over 4 m of the left wall one sees a hall with a column and a far wall instead.
+  // Through a gap of 4 m in the left wall the LiDAR sees a hall with a column and a far wall.
   const Course course = Course{}.straight(30);
   for (const int side : {scene::left, scene::right}) {
     Scene scene;
@@ -203,7 +203,7 @@ TEST(Cases, an_open_area_beyond_a_low_wall) {
 }
 
 TEST(Cases, a_missing_wall) {
-  // Nothing at all in the place of 5 m of one wall.
+  // Nothing at all in place of 5 m of one wall.
   const Course course = Course{}.straight(5).turn(4.0, 0.8).straight(20);
   for (const int side : {scene::left, scene::right}) {
     Scene scene;
@@ -228,7 +228,7 @@ TEST(Cases, only_one_wall_exists) {
     const Tour tour = carry(racer, scene, course, 3, course.length() - 6);
     EXPECT_EQ(tour.not_ok, 0) << side;
     EXPECT_EQ(tour.wrong_labels, 0) << side << ", of " << tour.labels;
-    EXPECT_LT(tour.worst_line, 0.25) << side << " at " << tour.worst_at << " (remembered width is the true one)";
+    EXPECT_LT(tour.worst_line, 0.25) << side << " at " << tour.worst_at << " (the remembered width is the true one)";
   }
 }
 
@@ -236,7 +236,7 @@ TEST(Cases, only_one_wall_exists) {
 
 Course winding() { return Course{}.straight(5).turn(1.8, 1.4).turn(1.8, -1.4).straight(10); }
 
-TEST(Cases, beams_lost_singly) {
+TEST(Cases, beams_lost_individually) {
   for (const double share : {0.01, 0.1, 0.3, 0.6}) {
     scene::RandomInputs random(scene::seed_or(9));
     const Course course = winding();
@@ -260,7 +260,7 @@ TEST(Cases, beams_lost_in_blocks) {
         if (random.chance(share))
           for (std::size_t k = i; k < std::min(i + block, scan.ranges.size()); ++k) scan.ranges[k] = 0.0F;
     });
-    // A hole in a wall is a way through until it is seen not to be: method.md section 11 has 0.95 to 1.0.
+    // A hole in a wall is passable until the LiDAR sees that it is not: method.md, section 11, has 0.95 to 1.0.
     EXPECT_LE(tour.wrong_labels, 0.02 * tour.labels) << share;
     EXPECT_EQ(tour.not_ok, 0) << share << ", of " << tour.steps;
     EXPECT_LT(tour.worst_line, 0.3) << share << " at " << tour.worst_at;
@@ -268,7 +268,7 @@ TEST(Cases, beams_lost_in_blocks) {
 }
 
 TEST(Cases, range_noise_of_the_papers_lidar) {
-  // 10 mm as section 9 has it, and 30 mm as the data sheet of the paper's LiDAR allows.
+  // 10 mm as in section 9, and 30 mm as in the data sheet of the paper's LiDAR.
   for (const double sigma : {0.010, 0.030}) {
     scene::RandomInputs random(scene::seed_or(11));
     const Course course = winding();
@@ -332,7 +332,7 @@ TEST(Cases, a_shoe_box_in_the_middle_is_not_hit) {
   }
 }
 
-TEST(Cases, a_box_that_leaves_no_way_past_stops_the_car_before_it) {
+TEST(Cases, a_box_that_blocks_the_track_stops_the_car_before_it) {
   const Course course = Course{}.straight(30);
   Scene scene = course.walls(1.0);
   scene.box(scene::neither, 12, -0.25, 0.3, 0.5);
@@ -353,7 +353,7 @@ TEST(Cases, a_box_that_leaves_no_way_past_stops_the_car_before_it) {
 
 TEST(Cases, the_car_does_not_turn_back_where_the_corridor_it_came_from_is_the_deepest_gap) {
   for (const double sign : {1.0, -1.0}) {
-    // A long straight, a hairpin, a short piece, and a hairpin back.
+    // A long straight, a hairpin, a short straight, and a hairpin back.
     const Course course =
         Course{}.straight(12).turn(1.0, sign * scene::pi).straight(2.5).turn(1.0, -sign * scene::pi).straight(10);
     Racer racer{Params{}};

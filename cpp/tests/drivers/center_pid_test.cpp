@@ -13,7 +13,7 @@ constexpr VehicleState slow{1.0, 0.0, 0.0};
 TEST(EstimateWall, IsExactForAStraightWall) {
   const CenterParams p;
   for (const double yaw : {-0.3, 0.0, 0.2}) {
-    const double distance = 0.9;  // a wall to the left, that leaves by `yaw`
+    const double distance = 0.9;  // a wall on the left that diverges by `yaw`
     const auto range = [&](double angle) { return distance / std::sin(angle - yaw); };
     const WallEstimate wall = estimate_wall(range(p.side_angle), range(p.ahead_angle), p, 1.2);
     EXPECT_NEAR(wall.angle, yaw, 1e-9);
@@ -22,7 +22,7 @@ TEST(EstimateWall, IsExactForAStraightWall) {
   }
 }
 
-TEST(CenterPid, TheErrorInACorridorIsTheOffsetFromItsMiddleAtThePreview) {
+TEST(CenterPid, TheErrorInACorridorIsTheOffsetFromItsCenterAtThePreview) {
   CenterPid driver(CenterPidParams{});
   const scene::Scene corridor = scene::Course{}.straight(30).walls(2.4);
   driver.step(corridor.scan({8, 0.3, 0.0}).view(), slow, 0.025);
@@ -40,7 +40,7 @@ TEST(CenterPid, TheTermsAreThoseOfAPidController) {
   const scene::Scene corridor = scene::Course{}.straight(30).walls(2.4);
   driver.step(corridor.scan({8, 0.3, 0.0}).view(), slow, 0.02);
   const double first = driver.trace().error;
-  EXPECT_EQ(driver.trace().d_term, 0.0) << "there is nothing to compare with yet";
+  EXPECT_EQ(driver.trace().d_term, 0.0) << "there is no previous error yet";
   driver.step(corridor.scan({8, 0.2, 0.0}).view(), slow, 0.02);
   const CenterPid::Trace& t = driver.trace();
   EXPECT_NEAR(t.p_term, params.center.k_p * t.error, 1e-12);
@@ -48,7 +48,7 @@ TEST(CenterPid, TheTermsAreThoseOfAPidController) {
   EXPECT_NEAR(t.d_term, params.center.k_d * (t.error - first) / 0.02, 1e-9);
 }
 
-TEST(CenterPid, AnOpeningOnOneSideCountsNoMoreThanTheSetupSays) {
+TEST(CenterPid, AnOpeningOnOneSideIsLimitedToSideRange) {
   CenterPidParams params;
   params.center.side_range = 1.5;
   CenterPid driver(params);
@@ -69,7 +69,7 @@ TEST(CenterPid, PreviewGrowsWithSpeed) {
   EXPECT_NEAR(driver.trace().preview, 1.1, 1e-12);
 }
 
-TEST(CenterPid, ComesBackToTheMiddleOfACorridor) {
+TEST(CenterPid, ReturnsToTheCenterOfACorridor) {
   CenterPid driver(CenterPidParams{});
   const scene::Scene corridor = scene::Course{}.straight(40).walls(2.0);
   Pose2 car{2.0, 0.5, 0.0};

@@ -10,7 +10,7 @@ namespace {
 
 constexpr VehicleState slow{1.0, 0.0, 0.0};
 
-// A hall with a screen ahead, whose left edge is at (2, y) from the laser.
+// A hall with a screen ahead, whose left edge is at (2, y) from the LiDAR.
 scene::Scene screen(double y) {
   const double x = 2.0 + CarGeometry{}.laser_x;
   scene::Scene hall;
@@ -33,7 +33,7 @@ TEST(DisparityExtender, ADisparityIsExtendedOverHalfTheCarAndTheTolerance) {
   EXPECT_NEAR(covered, expected, 2.0 * trace.beam_step);
 }
 
-TEST(DisparityExtender, WhatIsNearerThanTheDisparityStays) {
+TEST(DisparityExtender, RangesShorterThanTheDisparityStay) {
   DisparityExtender driver(DisparityExtenderParams{});
   driver.step(screen(0.0).scan({0, 0, 0}).view(), slow, 0.025);
   for (std::size_t i = 0; i < driver.trace().extended.size(); ++i)
@@ -56,11 +56,11 @@ TEST(DisparityExtender, AimsAtTheMiddleOfTheFarthestBlock) {
   EXPECT_NEAR(t.aim_free, 6.0, 0.2);
 }
 
-TEST(DisparityExtender, DoesNotTurnTowardsASideThatIsTooNear) {
+TEST(DisparityExtender, DoesNotTurnTowardASideWithoutClearance) {
   DisparityExtenderParams params;
   params.disparity.side_clearance = 0.2;
   params.disparity.tolerance = 0.0;
-  const auto corner = [&](double room) {  // the left wall ends beside the car, the way on is to the left
+  const auto corner = [&](double room) {  // the left wall ends beside the car, the track continues on the left
     const double y = 0.5 * params.car.width + room;
     scene::Scene scene;
     scene.add(scene::right, {{-9, -1}, {2.5, -1}, {2.5, 9}});
@@ -76,7 +76,7 @@ TEST(DisparityExtender, DoesNotTurnTowardsASideThatIsTooNear) {
   EXPECT_GT(driver.step(corner(0.3).view(), slow, 0.025).command.steering_angle, 0.0);
 }
 
-TEST(DisparityExtender, TheSpeedIsThatOfTheFreeDistance) {
+TEST(DisparityExtender, TheSpeedDependsOnTheFreeDistance) {
   DisparityExtenderParams params;
   params.speed.delta_v_min = -10.0;
   params.speed.delta_v_max = 10.0;

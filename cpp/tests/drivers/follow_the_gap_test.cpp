@@ -30,7 +30,7 @@ TEST(FollowTheGap, AimsAtTheMiddleOfTheOnlyGap) {
   EXPECT_GT(driver.trace().aim_free, 5.0);
 }
 
-TEST(FollowTheGap, AGapThatIsTooNarrowForTheCarIsNone) {
+TEST(FollowTheGap, AGapTooNarrowForTheCarIsNotFree) {
   FollowTheGapParams params;
   params.gap.free_distance = 5.0;
   params.gap.body_margin = 0.05;
@@ -75,8 +75,8 @@ TEST(FollowTheGap, NothingWithinTheBubbleOfTheNearestReturnIsFree) {
   }
 }
 
-// A post stands where the wanted arc would sweep it: another arc is taken.
-TEST(FollowTheGap, TakesAnArcThatTheBodyCanSweep) {
+// A post is where the wanted arc would sweep it: another arc is chosen.
+TEST(FollowTheGap, ChoosesAnArcThatTheBodyCanSweep) {
   FollowTheGapParams params;
   params.steering.steering_gain = 2.0;
   params.gap.free_distance = 5.0;
@@ -95,7 +95,7 @@ TEST(FollowTheGap, TakesAnArcThatTheBodyCanSweep) {
   EXPECT_LT(blind.trace().arc_free, 0.5);
 }
 
-TEST(FollowTheGap, OfTwoEqualGapsTheStraighterOneIsTaken) {
+TEST(FollowTheGap, OfTwoEqualGapsTheStraighterOneIsChosen) {
   FollowTheGapParams params;
   params.gap.free_distance = 4.5;
   params.gap.run_power = 0.0;

@@ -1,4 +1,4 @@
-// What holds for every map-less opponent.
+// Laws that hold for every reactive driver.
 #include <cmath>
 #include <gtest/gtest.h>
 #include <type_traits>
@@ -28,7 +28,7 @@ TYPED_TEST_SUITE(OpponentLaws, Opponents);
 
 Course winding() { return Course{}.straight(4).turn(1.5, 1.4).straight(3).turn(2.0, -2.0).straight(6); }
 
-TYPED_TEST(OpponentLaws, AnyScanWhateverGivesAFiniteCommandWithinLimits) {
+TYPED_TEST(OpponentLaws, AnyScanGivesAFiniteCommandWithinLimits) {
   const std::uint64_t seed = scene::seed_or(3);
   scene::RandomInputs random(seed);
   const auto& params = this->driver.params();
@@ -65,8 +65,8 @@ TYPED_TEST(OpponentLaws, AThousandStepsAllocateNothing) {
   EXPECT_GT(ok, 400) << "the whole driver must have run";
 }
 
-// Whether the motion during the sweep is undone goes by how often scans come, not by when the last one did.
-TYPED_TEST(OpponentLaws, OneScanThatComesEarlyOrAfterALostOneIsReadAsTheOthers) {
+// Deskewing depends on the scan period, not on the interval to the previous scan.
+TYPED_TEST(OpponentLaws, AnEarlyScanAndOneAfterALostScanAreDeskewedLikeTheOthers) {
   constexpr double period = 0.1;
   struct Case {
     double sweep, dt;  // [s]
@@ -103,7 +103,7 @@ TYPED_TEST(OpponentLaws, AMirroredScanMirrorsTheSteeringAndKeepsTheSpeed) {
   }
 }
 
-TYPED_TEST(OpponentLaws, WithoutDataTheCarStopsAndSaysWhy) {
+TYPED_TEST(OpponentLaws, WithoutDataTheCarStopsAndTheStatusTellsWhy) {
   const scene::Scan empty{.ranges = {}};
   EXPECT_EQ(this->driver.step(empty.view(), {3.0, 0.0, 0.0}, 0.025).command.speed, 0.0);
   EXPECT_EQ(this->driver.step(empty.view(), {3.0, 0.0, 0.0}, 0.025).status, Status::bad_scan);
@@ -132,7 +132,7 @@ TYPED_TEST(OpponentLaws, ItSteersIntoACorner) {
   EXPECT_GT(result.command.steering_angle, 0.05);
 }
 
-TYPED_TEST(OpponentLaws, AWallRightAheadStopsTheCar) {
+TYPED_TEST(OpponentLaws, AWallDirectlyAheadStopsTheCar) {
   Scene trap;
   trap.add(scene::neither, {{-3.0, -0.5}, {0.55, -0.5}, {0.55, 0.5}, {-3.0, 0.5}, {-3.0, -0.5}});
   const StepResult result = this->driver.step(trap.scan({0.0, 0.0, 0.0}).view(), {1.0, 0.0, 0.0}, 0.025);
@@ -140,7 +140,7 @@ TYPED_TEST(OpponentLaws, AWallRightAheadStopsTheCar) {
   EXPECT_EQ(result.command.speed, 0.0);
 }
 
-TYPED_TEST(OpponentLaws, TheWheelTurnsNoFasterThanTheServo) {
+TYPED_TEST(OpponentLaws, TheSteeringAngleChangesNoFasterThanTheServo) {
   const Course course = Course{}.straight(5).turn(1.2, 0.5 * pi).straight(6);
   const Scene track = course.walls(2.0);
   double before = 0.0;
@@ -152,7 +152,7 @@ TYPED_TEST(OpponentLaws, TheWheelTurnsNoFasterThanTheServo) {
   }
 }
 
-TYPED_TEST(OpponentLaws, AResetDriverDrivesAsANewOne) {
+TYPED_TEST(OpponentLaws, AResetDriverBehavesLikeANewOne) {
   const Course course = winding();
   const Scene track = course.walls(2.0);
   for (int i = 0; i < 20; ++i) this->driver.step(track.scan(course.at(0.3 * i)).view(), {2.0, 0.0, 0.0}, 0.025);
@@ -167,7 +167,7 @@ TYPED_TEST(OpponentLaws, AResetDriverDrivesAsANewOne) {
   }
 }
 
-TYPED_TEST(OpponentLaws, BadParametersAreRefusedByName) {
+TYPED_TEST(OpponentLaws, InvalidParametersAreRefusedByName) {
   auto params = this->driver.params();
   params.speed.v_min = params.speed.v_max + 1.0;
   EXPECT_THROW(TypeParam{params}, std::invalid_argument);

@@ -77,7 +77,7 @@ bool same_bits(const StepResult& a, const StepResult& b) {
   return std::memcmp(&a.command, &b.command, sizeof a.command) == 0 && a.status == b.status;
 }
 
-// Laps of a winding track with scans and states of every kind among them.
+// Laps of a winding track, with valid and invalid scans and states.
 struct Drive {
   explicit Drive(std::uint64_t seed) : random(seed) {}
 
@@ -104,7 +104,7 @@ Params minimum_curvature() {
   return params;
 }
 
-TEST(RacerState, whatever_stands_in_workspace_and_trace_between_two_steps_the_next_one_is_the_same) {
+TEST(RacerState, a_step_does_not_depend_on_the_contents_of_workspace_and_trace) {
   const auto seed = scene::seed_or(31);
   for (const Params& params : {Params{}, minimum_curvature()}) {
     Drive drive(seed);
@@ -122,7 +122,7 @@ TEST(RacerState, whatever_stands_in_workspace_and_trace_between_two_steps_the_ne
   }
 }
 
-TEST(RacerState, the_trace_shows_this_step_alone) {
+TEST(RacerState, the_trace_shows_only_this_step) {
   Drive drive(scene::seed_or(32));
   Racer racer{Params{}};
   for (int i = 0; i < 10; ++i) {
@@ -131,11 +131,11 @@ TEST(RacerState, the_trace_shows_this_step_alone) {
   }
   ASSERT_GT(racer.trace().walls.left.size(), 0U);
   EXPECT_EQ(racer.step(scene::Scan{}.view(), {3.0, 0.0, 0.0}, 0.025).status, Status::holding);
-  EXPECT_EQ(racer.trace().walls.left.size() + racer.trace().walls.right.size(), 0U) << "nothing was seen";
-  EXPECT_GT(racer.trace().path.size(), 4U) << "the path that it holds";
+  EXPECT_EQ(racer.trace().walls.left.size() + racer.trace().walls.right.size(), 0U) << "no wall was visible";
+  EXPECT_GT(racer.trace().path.size(), 4U) << "the held path";
 }
 
-TEST(RacerState, a_racer_that_is_given_the_memory_of_another_goes_on_as_that_one) {
+TEST(RacerState, a_racer_restored_from_the_memory_of_another_behaves_identically) {
   const auto seed = scene::seed_or(33);
   for (int start = 0; start < scene::count_or(6); ++start) {
     Drive drive(seed);

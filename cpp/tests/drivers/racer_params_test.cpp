@@ -20,7 +20,7 @@ std::string refusal(const Params& params) {
   return "";
 }
 
-// How many initialisers an aggregate takes.
+// Number of initializers of an aggregate.
 struct Anything {
   template <class T>
   operator T() const;
@@ -35,7 +35,7 @@ constexpr std::size_t member_count() {
 
 TEST(Params, the_defaults_are_valid) { EXPECT_EQ(refusal({}), ""); }
 
-TEST(Params, every_field_refuses_what_is_outside_its_range_and_says_so) {
+TEST(Params, every_field_refuses_values_outside_its_range_by_name) {
   Params params;
   for_each_section(params, [&](std::string_view section, auto& values) {
     using Section = std::remove_reference_t<decltype(values)>;
@@ -87,7 +87,7 @@ void expect_every_member_in_its_table(std::string_view section) {
   EXPECT_EQ(member_count<Section>(), std::tuple_size_v<decltype(Section::fields())>) << section;
 }
 
-TEST(Params, every_member_stands_in_its_table) {
+TEST(Params, every_member_is_in_its_table) {
   Params params;
   for_each_section(params, [](std::string_view section, auto& values) {
     using Section = std::remove_reference_t<decltype(values)>;
@@ -118,7 +118,7 @@ TEST(Params, pairs_that_contradict_each_other_are_refused) {
   EXPECT_NE(refusal(p), "");
 }
 
-TEST(Params, the_racer_refuses_invalid_ones_and_keeps_the_old_ones) {
+TEST(Params, the_racer_refuses_invalid_parameters_and_keeps_the_old_ones) {
   Params bad;
   bad.stanley.k_ang = -1.0;
   EXPECT_THROW(Racer{bad}, std::invalid_argument);

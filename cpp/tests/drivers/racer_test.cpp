@@ -21,7 +21,7 @@ static_assert(noexcept(std::declval<Racer&>().reset()));
 static_assert(noexcept(std::declval<const Racer&>().trace()));
 static_assert(noexcept(std::declval<Driver&>().step(std::declval<LaserScan>(), std::declval<VehicleState>(), 0.025)));
 
-// The same scene again and again, standing still: the width is learnt and the wheel gets where it wants.
+// The same scene repeatedly, at standstill: the width is learned and the steering angle settles.
 StepResult settle(Racer& racer, const Scan& scan, double speed = 0.0, double yaw_rate = 0.0, int steps = 1) {
   StepResult result;
   for (int i = 0; i < steps; ++i) result = racer.step(scan.view(), {speed, yaw_rate, 0.0}, 0.025);
@@ -52,7 +52,7 @@ TEST(RacerClosedForm, in_a_straight_corridor_the_width_is_exact_within_a_cm_and_
   }
 }
 
-TEST(RacerClosedForm, an_off_centre_and_angled_car_sees_the_same_middle_and_steers_back) {
+TEST(RacerClosedForm, an_off_center_and_angled_car_finds_the_same_centerline_and_steers_back) {
   for (const Pose2 car : {Pose2{10, 0.4, 0}, Pose2{10, -0.4, 0}, Pose2{10, 0, 0.3}, Pose2{10, 0, -0.3},
                           Pose2{10, 0.3, 0.25}, Pose2{10, -0.3, -0.25}}) {
     Racer racer{Params{}};
@@ -71,7 +71,7 @@ TEST(RacerClosedForm, on_a_circle_the_curvature_is_one_over_the_radius_and_the_s
       Params params;
       params.trajectory.join_distance = 0.0;
       params.track_width.width_initial = 1.4;
-      params.track_width.apex_width = 0.0;  // where the inner wall is out of sight it goes on as it was
+      params.track_width.apex_width = 0.0;  // where the inner wall is occluded, the width stays the same
       params.velocity_profile.v_min = 0.5;
       params.velocity_profile.v_max = 10.0;
       Racer racer{params};
@@ -136,7 +136,7 @@ TEST(RacerClosedForm, a_step_on_one_side_moves_the_line_by_half_of_it) {
   }
 }
 
-// A corridor wider than the pair limit: the line must not hug one wall.
+// A corridor wider than the pair limit: the line must not follow one wall closely.
 TEST(RacerClosedForm, in_a_corridor_wider_than_the_pair_limit_the_line_stays_off_both_walls) {
   for (const double width : {4.5, 6.0}) {
     Racer racer{Params{}};
@@ -147,7 +147,7 @@ TEST(RacerClosedForm, in_a_corridor_wider_than_the_pair_limit_the_line_stays_off
   }
 }
 
-TEST(RacerClosedForm, the_first_scan_tells_the_whole_width_and_later_ones_a_share) {
+TEST(RacerClosedForm, the_first_scan_sets_the_width_and_later_ones_change_it_by_a_share) {
   Racer racer{Params{}};
   settle(racer, Course{}.straight(40).walls(1.4).scan({10, 0, 0}), 1.0);
   EXPECT_NEAR(racer.trace().width, 1.4, 0.005);
@@ -155,7 +155,7 @@ TEST(RacerClosedForm, the_first_scan_tells_the_whole_width_and_later_ones_a_shar
   EXPECT_NEAR(racer.trace().width, 1.4 + TrackWidthParams{}.width_gain * (2.0 - 1.4), 0.005);
 }
 
-TEST(RacerClosedForm, pairs_narrower_than_width_min_teach_no_width) {
+TEST(RacerClosedForm, pairs_narrower_than_width_min_do_not_change_the_width) {
   const TrackWidthParams p;
   for (const double width : {p.width_min - 0.1, p.width_min + 0.1}) {
     Racer racer{Params{}};
@@ -170,7 +170,7 @@ TEST(RacerClosedForm, a_track_wider_than_width_max_is_learned_as_width_max) {
   const Scan scan = Course{}.straight(40).walls(p.width_max + 2.0).scan({10, 0.5, 0});
   ASSERT_EQ(settle(racer, scan, 2.0, 0.0, 4).status, Status::ok);
   EXPECT_NEAR(racer.trace().width, p.width_max, 1e-9);
-  const double middle = 0.5 * (p.width_max + 2.0) - 0.5 - 0.5 * p.width_max;  // seen from the nearer, left wall
+  const double middle = 0.5 * (p.width_max + 2.0) - 0.5 - 0.5 * p.width_max;  // from the nearer, left wall
   for (const CenterlinePoint& c : racer.trace().line.points) EXPECT_NEAR(c.y, middle, 0.02) << c.x;
 }
 
@@ -183,7 +183,7 @@ double path_distance(const Trace& trace, double x, double y) {
   return best;
 }
 
-TEST(RacerStages, the_path_begins_at_the_car_and_joins_the_centerline) {
+TEST(RacerStages, the_path_starts_at_the_car_and_joins_the_centerline) {
   const Scan scan = Course{}.straight(40).walls(2.0).scan({10, 0.4, 0.0});
   for (const double speed : {1.0, 4.0}) {
     Params params;
@@ -191,7 +191,7 @@ TEST(RacerStages, the_path_begins_at_the_car_and_joins_the_centerline) {
     ASSERT_EQ(settle(racer, scan, speed, 0.0, 3).status, Status::ok);
     const Trace& trace = racer.trace();
     EXPECT_LT(path_distance(trace, 0.0, 0.0), 0.06) << speed;
-    // Over the join distance, or the join time at speed; one meter before its end it is not there yet.
+    // Over the join distance, or the join time at speed; one meter before its end the path has not joined yet.
     const double joined = std::max(params.trajectory.join_distance, params.trajectory.join_time * speed);
     EXPECT_LT(path_distance(trace, joined + 0.5, -0.4), 0.06) << speed;
     EXPECT_GT(path_distance(trace, joined - 0.9, -0.4), 0.06) << speed;
@@ -202,7 +202,7 @@ TEST(RacerStages, the_path_begins_at_the_car_and_joins_the_centerline) {
   }
 }
 
-TEST(RacerStages, the_path_is_the_spline_through_what_opheim_leaves_of_the_smoothed_line) {
+TEST(RacerStages, the_path_is_the_spline_through_the_points_of_the_smoothed_line_that_opheim_keeps) {
   const Course course = Course{}.straight(4).turn(2.0, 1.5).straight(8);
   const Params params;
   Racer racer{params};
@@ -210,7 +210,7 @@ TEST(RacerStages, the_path_is_the_spline_through_what_opheim_leaves_of_the_smoot
   const Trace& trace = racer.trace();
   Buffer<Point2> keys(max_line_points);
   simplify_opheim(trace.smoothed, params.trajectory.opheim_min, params.trajectory.opheim_max, keys);
-  ASSERT_LT(2 * keys.size(), trace.smoothed.size()) << "most points of the line say nothing new";
+  ASSERT_LT(2 * keys.size(), trace.smoothed.size()) << "most points of the line are redundant";
   ASSERT_EQ(trace.simplified.size(), keys.size());
   Spline spline(max_line_points);
   Buffer<TrajectoryPoint> path(max_path_points);
@@ -223,7 +223,7 @@ TEST(RacerStages, the_path_is_the_spline_through_what_opheim_leaves_of_the_smoot
   }
 }
 
-TEST(RacerStages, the_steering_change_is_measured_from_the_scan_before) {
+TEST(RacerStages, the_steering_change_is_measured_from_the_previous_scan) {
   const Scan scan = Course{}.straight(40).walls(2.0).scan({10, 0, 0});
   Params params;
   params.stanley.k_steer = 0.2;
@@ -242,8 +242,8 @@ TEST(RacerStages, the_steering_change_is_measured_from_the_scan_before) {
 
 std::vector<std::pair<const char*, Course>> courses() {
   return {{"straight", Course{}.straight(20)},
-          {"left bend", Course{}.straight(3).turn(2.0, 1.5).straight(6)},
-          {"right bend", Course{}.straight(3).turn(2.0, -1.5).straight(6)},
+          {"left-hand curve", Course{}.straight(3).turn(2.0, 1.5).straight(6)},
+          {"right-hand curve", Course{}.straight(3).turn(2.0, -1.5).straight(6)},
           {"slalom", Course{}.straight(3).turn(1.5, 1.0).turn(1.5, -2.0).turn(1.5, 1.0).straight(4)},
           {"hairpin", Course{}.straight(4).turn(1.2, scene::pi).straight(6)}};
 }
@@ -305,7 +305,7 @@ TEST(RacerLaw, a_higher_v_max_never_lowers_a_velocity) {
   }
 }
 
-TEST(RacerLaw, the_wheel_moves_at_most_at_its_rate_and_never_beyond_its_limit) {
+TEST(RacerLaw, the_steering_angle_changes_at_most_at_its_rate_and_never_beyond_its_limit) {
   const auto seed = scene::seed_or(3);
   scene::RandomInputs random(seed);
   const Course course = Course{}.straight(3).turn(1.2, 3.0).turn(1.2, -3.0).straight(5);
@@ -350,8 +350,8 @@ TEST(RacerLaw, the_commanded_speed_changes_by_at_most_the_two_deltas) {
 
 // Memory ----------------------------------------------------------------------------------------------
 
-// Drives a car that does as it likes at 6 m/s toward a wall across a corridor; from step `blind` on every scan is
-// empty. The step at which the racer brakes as hard as it can.
+// A car drives at 6 m/s, whatever the commands, toward a wall across a corridor; from step `blind` on every scan is
+// empty. Returns the step at which the racer first brakes as hard as it can.
 int braked_at(int blind) {
   constexpr double speed = 6.0;
   constexpr double dt = 0.025;
@@ -370,7 +370,7 @@ int braked_at(int blind) {
   return -1;
 }
 
-TEST(RacerMemory, a_car_that_holds_on_bad_scans_brakes_where_it_would_have_braked_on_good_ones) {
+TEST(RacerMemory, a_car_that_holds_on_invalid_scans_brakes_where_it_would_on_valid_ones) {
   const int seeing = braked_at(1000);
   ASSERT_GT(seeing, 20);
   for (int blind = 1; blind < 7; ++blind) {
@@ -380,7 +380,7 @@ TEST(RacerMemory, a_car_that_holds_on_bad_scans_brakes_where_it_would_have_brake
   }
 }
 
-TEST(RacerMemory, a_wall_out_of_sight_is_remembered_for_memory_time) {
+TEST(RacerMemory, an_occluded_wall_is_remembered_for_memory_time) {
   const Params params;
   Racer racer{params};
   Scan scan = Course{}.straight(30).walls(2.0).scan({10, 0, 0});
@@ -409,7 +409,7 @@ TEST(RacerMemory, the_walls_that_a_held_path_is_checked_against_move_with_it) {
   EXPECT_NEAR(racer.trace().clearance, clearance, 0.02);
 }
 
-TEST(RacerMemory, a_wall_that_is_gone_is_forgotten_where_the_scan_sees_past_it) {
+TEST(RacerMemory, a_wall_is_forgotten_if_the_scan_sees_past_it) {
   Racer racer{Params{}};
   settle(racer, Course{}.straight(30).walls(2.0).scan({10, 0, 0}), 1.0, 0.0, 3);
   scene::Scene opened;
@@ -422,7 +422,7 @@ TEST(RacerMemory, a_wall_that_is_gone_is_forgotten_where_the_scan_sees_past_it) 
     EXPECT_FALSE(left.y[i] < 1.5F && left.x[i] > 2.5F && left.x[i] < 4.5F) << left.x[i] << ' ' << left.age[i];
 }
 
-TEST(RacerMemory, what_is_remembered_moves_on_while_the_state_is_bad) {
+TEST(RacerMemory, the_memory_keeps_moving_while_the_state_is_implausible) {
   const Course course = Course{}.straight(4).turn(1.5, 1.5).straight(8);
   const scene::Scene scene = course.walls(1.8);
   Racer racer{Params{}};
@@ -430,7 +430,7 @@ TEST(RacerMemory, what_is_remembered_moves_on_while_the_state_is_bad) {
   for (; s < 3.0; s += 0.1) racer.step(scene.scan(course.at(s)).view(), {4.0, 0.0, 0.0}, 0.025);
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (int i = 0; i < 4; ++i) racer.step(scene.scan(course.at(s)).view(), {nan, 0.0, 0.0}, 0.025);
-  // Holding, on the path as it was 0.1 s ago: it has come 0.4 m and the step's own 0.1 m nearer.
+  // Holding the path of 0.1 s ago: the wall is 0.4 m closer, plus 0.1 m of the step itself.
   const double before = racer.trace().line.points.empty() ? 0.0 : 1.0;
   EXPECT_EQ(before, 0.0);
   Scan nothing = scene.scan(course.at(s));
@@ -461,7 +461,7 @@ TEST(RacerDeterminism, the_same_inputs_give_the_same_bits) {
   }
 }
 
-TEST(RacerDeterminism, after_reset_it_is_a_fresh_racer) {
+TEST(RacerDeterminism, after_reset_it_behaves_like_a_new_racer) {
   const auto seed = scene::seed_or(6);
   scene::RandomInputs random(seed);
   for (int run = 0; run < scene::count_or(50); ++run) {
@@ -479,9 +479,9 @@ TEST(RacerDeterminism, after_reset_it_is_a_fresh_racer) {
   }
 }
 
-// Any input whatever ----------------------------------------------------------------------------------
+// Any input --------------------------------------------------------------------------------------------
 
-// In parts, which run at the same time, each on seeds of its own.
+// Split into parts that run in parallel, each with its own seeds.
 class RacerRobustTo : public ::testing::TestWithParam<int> {};
 
 TEST_P(RacerRobustTo, random_scans_and_states_give_finite_limited_commands) {
@@ -537,10 +537,10 @@ std::vector<Absurd> absurd_scans() {
           {"increment not a number", with([](Scan& s) { s.angle_increment = std::nan(""); }), Status::bad_scan},
           {"first angle infinite", with([](Scan& s) { s.angle_min = HUGE_VAL; }), Status::bad_scan},
           {"many turns", with([](Scan& s) { s.angle_increment = 1.0; }), Status::bad_scan},
-          {"range limits upside down", with([](Scan& s) { std::swap(s.range_min, s.range_max); }), Status::bad_scan}};
+          {"range limits swapped", with([](Scan& s) { std::swap(s.range_min, s.range_max); }), Status::bad_scan}};
 }
 
-TEST(RacerRobust, a_scan_that_makes_no_sense_is_a_bad_scan_and_a_stop) {
+TEST(RacerRobust, an_invalid_scan_is_a_bad_scan_and_a_stop) {
   for (const Absurd& absurd : absurd_scans()) {
     Racer racer{Params{}};
     const StepResult r = settle(racer, absurd.scan, 2.0);
@@ -564,7 +564,7 @@ TEST(RacerRobust, ten_thousand_beams_give_the_command_of_one_thousand) {
   many.ranges.clear();
   for (int i = 0; i < 10000; ++i) {
     const double a = many.angle_min + i * many.angle_increment;
-    const double y = std::sin(a) > 0.0 ? 0.7 : 1.3;  // of the walls beside the laser
+    const double y = std::sin(a) > 0.0 ? 0.7 : 1.3;  // distance of the walls beside the LiDAR
     double r = y / std::max(std::abs(std::sin(a)), 1e-6);
     r = std::cos(a) > 0.0 && r * std::cos(a) > 14.73 ? 1e9 : r;
     many.ranges.push_back(static_cast<float>(r));
@@ -577,7 +577,7 @@ TEST(RacerRobust, ten_thousand_beams_give_the_command_of_one_thousand) {
   EXPECT_NEAR(as.command.steering_angle, bs.command.steering_angle, 0.01);
 }
 
-TEST(RacerRobust, duplicated_beams_do_no_harm) {
+TEST(RacerRobust, duplicated_beams_are_handled) {
   const Scan few = Course{}.straight(20).walls(2.0).scan({5, 0.3, 0});
   Scan twice = few;
   twice.angle_increment = 0.5 * few.angle_increment;
@@ -589,7 +589,7 @@ TEST(RacerRobust, duplicated_beams_do_no_harm) {
   EXPECT_LT(scene::line_error(racer.trace(), Course{}.straight(20), {5, 0.3, 0}, 3.0), 0.03);
 }
 
-TEST(RacerRobust, a_state_that_makes_no_sense_is_a_bad_state_and_a_stop) {
+TEST(RacerRobust, an_implausible_state_is_a_bad_state_and_a_stop) {
   const Scan scan = Course{}.straight(20).walls(2.0).scan({5, 0, 0});
   for (const double wrong : {std::nan(""), HUGE_VAL, -HUGE_VAL, 1e300, -1e300}) {
     for (const VehicleState state : {VehicleState{wrong, 0, 0}, VehicleState{0, wrong, 0}, VehicleState{0, 0, wrong}}) {
@@ -598,7 +598,7 @@ TEST(RacerRobust, a_state_that_makes_no_sense_is_a_bad_state_and_a_stop) {
       const StepResult r = racer.step(scan.view(), state, 0.025);
       EXPECT_EQ(r.status, Status::bad_state);
       EXPECT_EQ(r.command.speed, 0.0);
-      EXPECT_EQ(settle(racer, scan, 2.0).status, Status::ok) << "the next sane state drives on";
+      EXPECT_EQ(settle(racer, scan, 2.0).status, Status::ok) << "the next plausible state resumes driving";
     }
     Racer racer{Params{}};
     const StepResult r = racer.step(scan.view(), {2.0, 0.0, 0.0}, wrong);
@@ -614,7 +614,7 @@ struct Outage {
   std::vector<double> angles;
 };
 
-// Two seconds in a corridor, then 40 scans without anything in them.
+// Two seconds in a corridor, then 40 empty scans.
 Outage outage(const Scan& nothing) {
   const Course course = Course{}.straight(40);
   const scene::Scene scene = course.walls(2.0);
@@ -651,7 +651,7 @@ TEST(RacerSafety, without_scans_the_last_path_is_held_for_at_most_0_2_s_and_then
   }
 }
 
-TEST(RacerSafety, what_is_left_of_the_path_shrinks_while_it_is_held) {
+TEST(RacerSafety, the_path_ahead_shrinks_while_it_is_held) {
   const Course course = Course{}.straight(40);
   Racer racer{Params{}};
   scene::carry(racer, course.walls(2.0), course, 5.0, 7.0);
@@ -661,7 +661,7 @@ TEST(RacerSafety, what_is_left_of_the_path_shrinks_while_it_is_held) {
   EXPECT_NEAR(racer.trace().path.back().x, before - 0.3, 0.02) << "mean of 2 and 4 m/s for 0.1 s";
 }
 
-TEST(RacerSafety, a_scan_after_an_outage_drives_on_at_once) {
+TEST(RacerSafety, a_scan_after_an_outage_resumes_immediately) {
   const Course course = Course{}.straight(40);
   const scene::Scene scene = course.walls(2.0);
   Racer racer{Params{}};
@@ -677,7 +677,7 @@ TEST(RacerSafety, a_first_scan_without_walls_never_moves_the_car) {
   for (int i = 0; i < 20; ++i) EXPECT_EQ(settle(racer, scan).command.speed, 0.0);
 }
 
-TEST(RacerSafety, towards_a_wall_across_the_track_the_plan_ends_in_a_stop) {
+TEST(RacerSafety, toward_a_wall_across_the_track_the_plan_ends_in_a_stop) {
   scene::Scene scene = Course{}.straight(10).walls(2.0);
   scene.add(scene::neither, {{10, -1}, {10, 1}});
   const Course course = Course{}.straight(12);
@@ -692,8 +692,8 @@ TEST(RacerSafety, towards_a_wall_across_the_track_the_plan_ends_in_a_stop) {
   EXPECT_LT(x, 10.0 - 0.455) << "the front bumper";
 }
 
-// Near the left wall of a corridor, the wheels turned to it: the path leads back to the middle, the car does not.
-TEST(RacerSafety, a_car_that_its_own_motion_takes_to_a_wall_brakes_though_its_path_is_clear) {
+// Near the left wall of a corridor, steered toward it: the path leads back to the middle, but the car does not.
+TEST(RacerSafety, a_car_whose_motion_leads_to_a_wall_brakes_although_its_path_is_clear) {
   const Scan scan = Course{}.straight(40).walls(1.4).scan({10, 0.35, 0.1});
   for (const double angle : {0.0, 0.4}) {
     Racer racer{Params{}};
@@ -715,7 +715,7 @@ double speed_at_the_end(double passage, const Params& params) {
   return racer.trace().path.empty() ? -1.0 : racer.trace().path.back().velocity;
 }
 
-TEST(RacerSafety, before_what_is_nearer_to_the_path_than_block_clearance_the_plan_ends_in_a_stop) {
+TEST(RacerSafety, before_anything_closer_to_the_path_than_block_clearance_the_plan_ends_in_a_stop) {
   Params params;
   constexpr double passage = 0.5;
   const double beside = 0.5 * (passage - params.car.width);  // 0.095 m
@@ -725,10 +725,10 @@ TEST(RacerSafety, before_what_is_nearer_to_the_path_than_block_clearance_the_pla
   EXPECT_EQ(speed_at_the_end(passage, params), 0.0);
 }
 
-TEST(RacerSafety, where_the_line_ends_for_want_of_width_the_plan_ends_in_a_stop) {
+TEST(RacerSafety, where_the_track_becomes_too_narrow_the_plan_ends_in_a_stop) {
   Params params;
-  params.segmentation.pass_ratio = params.segmentation.pass_min = 0.1;  // any gap is a way through
-  params.velocity_profile.block_clearance = -0.5;                       // and nothing on the path an obstacle
+  params.segmentation.pass_ratio = params.segmentation.pass_min = 0.1;  // any gap is passable
+  params.velocity_profile.block_clearance = -0.5;                       // and nothing on the path is an obstacle
   EXPECT_EQ(speed_at_the_end(params.car.width - 0.04, params), 0.0);
   EXPECT_GT(speed_at_the_end(2.0 * params.car.width, params), 0.5);
 }

@@ -15,33 +15,33 @@ Buffer<Point2> points_of(std::initializer_list<Point2> points) {
   return buffer;
 }
 
-TEST(PlanSpeed, IsWhatTheBrakesCanStopFromWithinTheFreeDistance) {
+TEST(PlanSpeed, AllowsAStopWithinTheFreeDistance) {
   SpeedParams p{.v_max = 20.0, .a_x_min = -4.0, .stop_distance = 0.5, .delta_v_max = 10.0, .delta_v_min = -10.0};
   EXPECT_NEAR(plan_speed(2.5, 0.0, {3.0, no_command, 0.025}, p), 4.0, 1e-12);  // v^2 = 2 * 4 * 2
   EXPECT_EQ(plan_speed(0.5, 0.0, {3.0, no_command, 0.025}, p), 0.0);
 }
 
-TEST(PlanSpeed, IsWhatTheGripAllowsOnTheCurve) {
+TEST(PlanSpeed, IsLimitedByTheGripInACurve) {
   SpeedParams p{.v_max = 20.0, .a_y_max = 4.0, .delta_v_max = 10.0, .delta_v_min = -10.0};
   EXPECT_NEAR(plan_speed(1e3, 1.0, {2.0, no_command, 0.025}, p), 2.0, 1e-12);
   EXPECT_EQ(plan_speed(1e3, 1.0, {2.0, no_command, 0.025}, p), plan_speed(1e3, -1.0, {2.0, no_command, 0.025}, p));
 }
 
-TEST(PlanSpeed, StaysNearTheMeasuredSpeedButForAStop) {
+TEST(PlanSpeed, StaysNearTheMeasuredSpeedExceptForAStop) {
   SpeedParams p;
   EXPECT_NEAR(plan_speed(1e3, 0.0, {1.0, no_command, 0.025}, p), 1.0 + p.delta_v_max, 1e-12);
   EXPECT_NEAR(plan_speed(0.4, 0.0, {4.0, no_command, 0.025}, p), 4.0 + p.delta_v_min, 1e-12);
   EXPECT_EQ(plan_speed(0.0, 0.0, {4.0, no_command, 0.025}, p), 0.0);
 }
 
-TEST(PlanSpeed, BrakesAsPlannedWhateverTheMeasuredSpeedReads) {
+TEST(PlanSpeed, BrakesAsPlannedForAnyMeasuredSpeed) {
   const SpeedParams p;
   for (const double reads : {4.0, 4.6, 8.0})
     EXPECT_LE(plan_speed(0.4, 0.0, {reads, 4.0, 0.1}, p), 4.0 + p.a_x_min * 0.1) << reads;
   EXPECT_NEAR(plan_speed(0.4, 0.0, {8.0, 4.0, 0.1}, p), 4.0 + p.a_x_min * 0.1, 1e-12);
 }
 
-TEST(WithinGrip, LimitsTheWheelAngleToAtanOfLAyOverVSquared) {
+TEST(WithinGrip, LimitsTheSteeringAngleToAtanOfLAyOverVSquared) {
   const CarGeometry car;
   const SteeringParams p{.a_y_steer = 6.0};
   EXPECT_NEAR(within_grip(0.4, 5.0, p, car), std::atan(car.wheelbase * 6.0 / 25.0), 1e-12);
@@ -49,7 +49,7 @@ TEST(WithinGrip, LimitsTheWheelAngleToAtanOfLAyOverVSquared) {
   EXPECT_EQ(within_grip(2.0, 0.0, p, car), car.steering_limit);
 }
 
-TEST(SmoothSteering, HalfWayInOneStepWhenTheTimeConstantIsTheStep) {
+TEST(SmoothSteering, MovesHalfwayInOneStepIfTheTimeConstantIsTheStep) {
   const CarGeometry car;
   EXPECT_NEAR(smooth_steering(0.1, 0.0, 0.025, 0.025, car), 0.05, 1e-12);
   EXPECT_NEAR(smooth_steering(0.4, 0.0, 0.025, 0.0, car), car.steering_rate * 0.025, 1e-12);
@@ -63,7 +63,7 @@ TEST(FreeAlongArc, StraightAheadIsTheDistanceFromTheBumper) {
   EXPECT_EQ(free_along_arc(points_of({}), 0.0, 0.0, 10.0, car), 10.0);
 }
 
-TEST(FreeAlongArc, WhatIsBesideOrBehindTheCarIsNotInItsWay) {
+TEST(FreeAlongArc, PointsBesideOrBehindTheCarDoNotCount) {
   const CarGeometry car;
   const auto beside = points_of({{0.1, 0.25}, {-1.0, 0.0}, {0.2, -0.3}});
   EXPECT_EQ(free_along_arc(beside, 0.0, 0.0, 5.0, car), 5.0);
@@ -73,7 +73,7 @@ TEST(FreeAlongArc, WhatIsBesideOrBehindTheCarIsNotInItsWay) {
 TEST(FreeAlongArc, MoreThanHalfACircleAheadIsStillAhead) {
   const CarGeometry car;
   const double front = car.length - car.rear_overhang;
-  const double free = free_along_arc(points_of({{-1.0, 1.0}}), 1.0, 0.0, 20.0, car);  // three quarters round
+  const double free = free_along_arc(points_of({{-1.0, 1.0}}), 1.0, 0.0, 20.0, car);  // three quarters of a circle
   EXPECT_NEAR(free, 1.5 * std::numbers::pi - std::asin(front), 1e-9);
 }
 
@@ -85,8 +85,8 @@ bool inside(const Pose2& pose, const Point2& p, const CarGeometry& car) {
   return x > 0.0 && x < car.length - car.rear_overhang && std::abs(y) < 0.5 * car.width;
 }
 
-// The reference rolls the car along its circle by millimetres.
-TEST(FreeAlongArc, AgreesWithRollingTheCarAlongItsCircle) {
+// The reference moves the car along its circle in millimeter steps.
+TEST(FreeAlongArc, AgreesWithMovingTheCarAlongItsCircle) {
   const CarGeometry car;
   const std::uint64_t seed = scene::seed_or(5);
   scene::RandomInputs random(seed);
@@ -109,7 +109,7 @@ TEST(FreeAlongArc, AgreesWithRollingTheCarAlongItsCircle) {
   EXPECT_GT(hits, scene::count_or(300) / 20);
 }
 
-TEST(RoomBeside, IsFromTheFlanks) {
+TEST(RoomBeside, IsMeasuredFromTheSides) {
   const CarGeometry car;
   const Beside room = room_beside(points_of({{0.2, 0.4}, {0.2, -0.3}, {2.0, 0.1}}), car);
   EXPECT_NEAR(room.left, 0.4 - 0.5 * car.width, 1e-12);

@@ -16,7 +16,7 @@ scene::Scan around(std::vector<float> ranges) {
   return scan;
 }
 
-TEST(Sweep, AFewLostBeamsGetTheNearerNeighbour) {
+TEST(Sweep, AFewLostBeamsTakeTheRangeOfTheNearerNeighbor) {
   Sweep sweep;
   ASSERT_TRUE(sweep.read(around({3, 3, lost, NAN, 2, 2, 2}).view(), {}, {}, {.max_lost_beams = 10}, {}));
   EXPECT_EQ(sweep.range(2), 2.0);
@@ -24,7 +24,7 @@ TEST(Sweep, AFewLostBeamsGetTheNearerNeighbour) {
   EXPECT_EQ(sweep.points().size(), 5U);
 }
 
-TEST(Sweep, ManyLostBeamsAreOpenAsFarAsTheSetupSays) {
+TEST(Sweep, ManyLostBeamsTakeTheLostRange) {
   std::vector<float> ranges(100, 5.0F);
   std::fill(ranges.begin() + 30, ranges.begin() + 60, lost);
   Sweep sweep;
@@ -33,7 +33,7 @@ TEST(Sweep, ManyLostBeamsAreOpenAsFarAsTheSetupSays) {
   EXPECT_EQ(sweep.range(29), 5.0);
 }
 
-TEST(Sweep, RangesAreClippedAndWhatIsBeyondIsNoPoint) {
+TEST(Sweep, RangesAreClippedAndGiveNoPointBeyondTheLimit) {
   Sweep sweep;
   ASSERT_TRUE(sweep.read(around({3, 20, 29, 4, 5, 6}).view(), {}, {}, {.range_use = 8.0}, {}));
   EXPECT_EQ(sweep.range(1), 8.0);
@@ -41,7 +41,7 @@ TEST(Sweep, RangesAreClippedAndWhatIsBeyondIsNoPoint) {
   EXPECT_EQ(sweep.points().size(), 4U);
 }
 
-TEST(Sweep, TheCarsOwnBodyIsLost) {
+TEST(Sweep, ReturnsFromTheCarsOwnBodyAreLost) {
   Sweep sweep;
   ASSERT_TRUE(sweep.read(around({3, 3, 0.1F, 3, 3}).view(), {}, {}, {}, {}));
   EXPECT_EQ(sweep.range(2), 3.0);

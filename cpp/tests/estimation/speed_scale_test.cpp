@@ -9,7 +9,7 @@
 namespace firstlap {
 namespace {
 
-// A corridor that bends to the right behind a wall ahead, as samples seen from base_link at `x` meters along it.
+// A corridor that turns right before a wall ahead, as samples in base_link, `x` meters along it.
 void add_wall(double x, Point2 from, Point2 to, int vote, WallSide& side, Buffer<SectionSample>& samples) {
   const double length = std::hypot(to.x - from.x, to.y - from.y);
   for (double s = 0.0; s < length; s += 0.15) {
@@ -31,7 +31,7 @@ struct Seen {
   Buffer<SectionSample> samples;
 };
 
-TEST(ForwardError, IsHowMuchFurtherTheWallsCameThanOdometrySays) {
+TEST(ForwardError, IsTheMotionOfTheWallsMinusOdometry) {
   for (const double missed : {-0.03, -0.01, 0.0, 0.01, 0.03}) {
     const Seen before(0.0, false);
     const Seen now(missed, false);
@@ -50,7 +50,7 @@ TEST(ForwardError, HasNoInformationBetweenParallelWalls) {
   EXPECT_EQ(forward_error({}, now, 0.15, {}).information, 0.0);
 }
 
-TEST(ForwardError, SearchesOnwardsAlongAWallAndAllOfItWhereThatEndsFarAway) {
+TEST(ForwardError, SearchesAlongAWallAndGloballyIfThatEndsFarAway) {
   WallSide side;
   for (int i = 0; i < 40; ++i) side.push(0.15 * i, 1.0, {}, 0.0F);
   for (int i = 0; i < 40; ++i) side.push(6.0 - 0.15 * i, 3.0, {}, 0.0F);
@@ -75,13 +75,13 @@ SpeedScale after(double seconds, double true_speed, double reads, double command
   return scale;
 }
 
-TEST(SpeedScale, FindsWhatTheMeasuredSpeedIsWrongByWithinASecond) {
+TEST(SpeedScale, FindsTheErrorOfTheMeasuredSpeedWithinASecond) {
   const SpeedScaleParams params;
   for (const double error : {-0.15, -0.1, 0.1, 0.15})
     EXPECT_NEAR(true_per_measured(after(1.0, 4.0, 4.0 * (1.0 + error), 4.0), params), 1.0 / (1.0 + error), 0.01);
 }
 
-TEST(SpeedScale, IsExactlyOneWhereSpeedsAreRight) {
+TEST(SpeedScale, IsExactlyOneWithoutAnError) {
   const SpeedScaleParams params;
   for (const double error : {-0.01, 0.0, 0.01}) {
     const SpeedScale scale = after(5.0, 4.0, 4.0 * (1.0 + error), 4.0);
@@ -90,14 +90,14 @@ TEST(SpeedScale, IsExactlyOneWhereSpeedsAreRight) {
   }
 }
 
-TEST(SpeedScale, TellsACarThatDrivesFasterThanToldFromOneThatReadsHigh) {
+TEST(SpeedScale, DistinguishesACarFasterThanCommandedFromAnOverestimatedSpeed) {
   const SpeedScaleParams params;
   EXPECT_NEAR(true_per_commanded(after(8.0, 4.6, 4.0, 4.0), params), 1.15, 0.02);
   EXPECT_EQ(true_per_commanded(after(8.0, 4.0, 4.6, 4.0), params), 1.0);
-  EXPECT_EQ(true_per_commanded(after(8.0, 3.4, 4.0, 4.0), params), 1.0) << "a slow car is not told to hurry";
+  EXPECT_EQ(true_per_commanded(after(8.0, 3.4, 4.0, 4.0), params), 1.0) << "a slow car is not commanded to go faster";
 }
 
-TEST(SpeedScale, LearnsNothingOfACarThatIsHeldBack) {
+TEST(SpeedScale, IgnoresACarThatIsHeldBack) {
   const SpeedScaleParams params;
   const SpeedScale scale = after(8.0, 1.5, 1.5, 4.0);
   EXPECT_NEAR(scale.commanded_driven / scale.commanded_square, 1.0, 0.15);
@@ -114,8 +114,8 @@ TEST(SpeedScale, StaysWithinItsLimitAndCanBeSwitchedOff) {
   EXPECT_EQ(true_per_commanded(scale, params), 1.0);
 }
 
-// The method on a course, with a car that reads `error` too much.
-TEST(SpeedScale, ARacerFindsItBetweenRealWalls) {
+// A racer on a course, in a car whose measured speed is too high by `error`.
+TEST(SpeedScale, IsFoundByARacerOnACourse) {
   for (const double error : {-0.15, 0.0, 0.15}) {
     const scene::Course course = scene::Course{}.straight(12).turn(2.0, 1.5).straight(12);
     const scene::Scene walls = course.walls(1.8);

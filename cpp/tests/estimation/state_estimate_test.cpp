@@ -14,10 +14,10 @@ namespace {
 
 struct Errors {
   double speed = 0.0, yaw_rate = 0.0, steering = 0.0;              // RMS of the estimate
-  double raw_speed = 0.0, raw_yaw_rate = 0.0, raw_steering = 0.0;  // and of what was measured, or commanded
+  double raw_speed = 0.0, raw_yaw_rate = 0.0, raw_steering = 0.0;  // RMS of the measured, or commanded, values
 };
 
-// A slalom at 2 to 5 m/s with bad sensors, against the simulated truth. `gyro` scales its noise.
+// A slalom at 2 to 5 m/s with poor sensors, compared with the simulated truth. `gyro` scales the gyro noise.
 Errors slalom(const sim::SensorParams& bad, StateEstimate& estimate, double seconds) {
   const sim::Car car = sim::default_car();
   sim::Vehicle vehicle(car.geometry, car.vehicle);
@@ -58,7 +58,7 @@ Errors slalom(const sim::SensorParams& bad, StateEstimate& estimate, double seco
   return sum;
 }
 
-TEST(StateEstimate, IsNearerToTheSimulatedTruthThanBadSensorsAre) {
+TEST(StateEstimate, IsCloserToTheSimulatedTruthThanPoorSensors) {
   sim::SensorParams bad;
   bad.speed_noise = 0.3;
   bad.yaw_rate_noise = 0.3;
@@ -74,7 +74,7 @@ TEST(StateEstimate, IsNearerToTheSimulatedTruthThanBadSensorsAre) {
   EXPECT_NEAR(estimate.yaw_rate_bias(), 0.2, 0.05);
 }
 
-TEST(StateEstimate, DoesLittleHarmToGoodSensors) {
+TEST(StateEstimate, HardlyDegradesGoodSensors) {
   StateEstimateParams params;
   params.speed_sigma = 0.03;
   params.yaw_rate_sigma = 0.02;
@@ -84,7 +84,7 @@ TEST(StateEstimate, DoesLittleHarmToGoodSensors) {
   EXPECT_LT(errors.yaw_rate, 1.2 * errors.raw_yaw_rate);
 }
 
-TEST(StateEstimate, FindsTheGyrosBiasStanding) {
+TEST(StateEstimate, FindsTheGyroBiasAtStandstill) {
   StateEstimate estimate{StateEstimateParams{}};
   for (int i = 0; i < 80; ++i) {
     estimate.predict({}, 0.025);
@@ -95,7 +95,7 @@ TEST(StateEstimate, FindsTheGyrosBiasStanding) {
   EXPECT_NEAR(estimate.state().yaw_rate, 0.0, 0.01);
 }
 
-TEST(StateEstimate, TurnsWithTheWheelsWhenTheGyroIsGone) {
+TEST(StateEstimate, PredictsTheYawRateFromTheSteeringAngleWithoutAGyro) {
   StateEstimateParams params;
   params.understeer = 0.0;
   StateEstimate estimate(params);
@@ -107,7 +107,7 @@ TEST(StateEstimate, TurnsWithTheWheelsWhenTheGyroIsGone) {
   EXPECT_NEAR(estimate.state().steering_angle, 0.2, 1e-3);
 }
 
-TEST(StateEstimate, DoubtsOneWildMeasurementButNotMany) {
+TEST(StateEstimate, RejectsOneOutlierButNotMany) {
   StateEstimate estimate{StateEstimateParams{}};
   const auto measure = [&](double speed) {
     estimate.predict({2.0, 0.0}, 0.025);
@@ -120,13 +120,13 @@ TEST(StateEstimate, DoubtsOneWildMeasurementButNotMany) {
   EXPECT_NEAR(estimate.state().speed, 6.0, 0.1);
 }
 
-TEST(StateEstimate, ABadParameterIsNamed) {
+TEST(StateEstimate, AnInvalidParameterIsNamed) {
   StateEstimateParams params;
   params.speed_sigma = 0.0;
   EXPECT_THROW(StateEstimate{params}, std::invalid_argument);
 }
 
-TEST(StateEstimate, AnyInputWhateverGivesAFiniteStateWithoutAllocating) {
+TEST(StateEstimate, AnyInputGivesAFiniteStateWithoutAllocating) {
   StateEstimate estimate{StateEstimateParams{}};
   const double wild[] = {std::numeric_limits<double>::quiet_NaN(),
                          std::numeric_limits<double>::infinity(),

@@ -30,7 +30,7 @@ TEST(LikelihoodField, distances_are_those_of_brute_force) {
   }
 }
 
-TEST(LikelihoodField, outside_and_beyond_numbers_everything_is_far) {
+TEST(LikelihoodField, outside_and_for_nan_the_distance_is_the_maximum) {
   const std::vector<std::uint8_t> one{0, 1, 0, 0};
   const LikelihoodField field(one, 2, 2, 1.0, {});
   EXPECT_EQ(field.distance_mm(1.5F, 0.5F), 0);
@@ -50,7 +50,7 @@ TEST(LikelihoodField, the_slope_of_a_straight_wall_is_one) {
   EXPECT_NEAR(dy, 0.0, 1e-9);
 }
 
-TEST(LikelihoodField, a_turned_origin_turns_poses_there_and_back) {
+TEST(LikelihoodField, a_rotated_origin_transforms_poses_there_and_back) {
   const LikelihoodField field(std::vector<std::uint8_t>{1}, 1, 1, 0.05, {3.0, -2.0, 0.7});
   const Pose2 pose{1.0, 5.0, 2.0}, back = field.to_map(field.to_field(pose));
   EXPECT_NEAR(back.x, pose.x, 1e-12);

@@ -33,7 +33,7 @@ std::unique_ptr<Localizer> on(const sim::Track& track, std::uint64_t seed = 1) {
   return std::make_unique<Localizer>(testing::field_of_track(track), CarGeometry{}, LocalizerParams{}, seed);
 }
 
-TEST(Localizer, follows_a_racing_car_within_centimetres) {
+TEST(Localizer, follows_a_racing_car_within_centimeters) {
   auto localizer = on(wavy());
   Drive drive(wavy(), 5.0);
   localizer->start(drive.pose());
@@ -46,8 +46,8 @@ TEST(Localizer, follows_a_racing_car_within_centimetres) {
   }
 }
 
-// What becomes of commands is believed more slowly: until then the car is told to drive less, never more.
-TEST(Localizer, finds_what_the_measured_speed_is_wrong_by_soon_and_what_the_command_is_later) {
+// The command scale converges more slowly: until then commands are reduced, never increased.
+TEST(Localizer, finds_the_error_of_the_measured_speed_soon_and_that_of_the_command_later) {
   for (const double error : {-0.15, 0.0, 0.15}) {
     auto localizer = on(wavy());
     Drive drive(wavy(), 5.0);
@@ -68,7 +68,7 @@ TEST(Localizer, finds_what_the_measured_speed_is_wrong_by_soon_and_what_the_comm
   }
 }
 
-TEST(Localizer, believes_every_speed_where_its_limit_is_0) {
+TEST(Localizer, does_not_correct_speeds_if_the_limit_is_0) {
   LocalizerParams params;
   params.speed_scale.scale_limit = 0.0;
   Localizer localizer(testing::field_of_track(wavy()), CarGeometry{}, params, 1);
@@ -82,7 +82,7 @@ TEST(Localizer, believes_every_speed_where_its_limit_is_0) {
   }
 }
 
-TEST(Localizer, finds_itself_from_a_start_that_is_two_metres_and_45_degrees_wrong) {
+TEST(Localizer, converges_from_a_start_that_is_two_meters_and_45_degrees_wrong) {
   for (int i = 0; i < 8; ++i) {
     auto localizer = on(wavy(), static_cast<std::uint64_t>(i) + 1);
     Drive drive(wavy(), 3.0, static_cast<std::uint64_t>(i) + 1);
@@ -96,7 +96,7 @@ TEST(Localizer, finds_itself_from_a_start_that_is_two_metres_and_45_degrees_wron
   }
 }
 
-TEST(Localizer, recovers_when_the_car_is_set_down_half_a_metre_elsewhere) {
+TEST(Localizer, recovers_after_the_car_is_displaced_by_half_a_meter) {
   for (int i = 0; i < 6; ++i) {
     auto localizer = on(wavy());
     Drive drive(wavy(), 3.0);
@@ -119,7 +119,7 @@ TEST(Localizer, on_a_map_of_another_track_it_is_lost) {
   EXPECT_GT(lost, 150);
 }
 
-TEST(Localizer, says_that_it_is_lost_before_it_was_started_and_soon_after_it_goes_blind) {
+TEST(Localizer, is_lost_before_its_start_and_soon_after_the_last_usable_scan) {
   auto localizer = on(wavy());
   Drive drive(wavy(), 3.0);
   EXPECT_TRUE(steps(*localizer, drive, 5).lost);
@@ -130,11 +130,11 @@ TEST(Localizer, says_that_it_is_lost_before_it_was_started_and_soon_after_it_goe
   blind.ranges = nothing;
   int blind_scans = 0;
   while (!localizer->step(blind, {3.0, 0.0, 0.0}, Drive::dt).lost && blind_scans < 100) ++blind_scans;
-  EXPECT_GT(blind_scans, 1) << "one lost scan is nothing";
+  EXPECT_GT(blind_scans, 1) << "one lost scan is no problem";
   EXPECT_LT(blind_scans * Drive::dt, 0.3);
 }
 
-TEST(Localizer, a_sweep_longer_than_the_usual_period_is_not_undone_even_after_a_lost_scan) {
+TEST(Localizer, a_sweep_longer_than_the_usual_period_is_not_deskewed_even_after_a_lost_scan) {
   constexpr double period = 0.1, sweep = 0.15;
   const auto last_of = [&](double time) {
     auto localizer = on(wavy());
@@ -177,7 +177,7 @@ TEST(Localizer, any_input_gives_a_finite_pose) {
   }
 }
 
-TEST(Localizer, a_step_allocates_nothing_when_found_when_lost_and_on_any_scan) {
+TEST(Localizer, a_step_allocates_nothing_whether_localized_or_lost_and_on_any_scan) {
   auto localizer = on(wavy());
   Drive drive(wavy(), 4.0);
   scene::RandomInputs random(scene::seed_or(9));
@@ -210,7 +210,7 @@ TEST(Localizer, a_parameter_out_of_range_is_named) {
   }
 }
 
-TEST(Predicted, goes_round_a_circle) {
+TEST(Predicted, follows_a_circle) {
   MotionParams motion;
   motion.slip = 0.0;
   const Pose2 quarter = predicted({0, 0, 0}, {1.0, 0.1, 0.0}, motion, 0.5);
@@ -221,7 +221,7 @@ TEST(Predicted, goes_round_a_circle) {
   EXPECT_EQ(predicted({1, 2, 0.5}, {nan, 0.0, 0.0}, motion, 0.5).x, 1.0);
 }
 
-TEST(Predicted, slips_outwards_in_a_bend) {
+TEST(Predicted, slips_outward_in_a_curve) {
   const Pose2 left = predicted({0, 0, 0}, {4.0, 1.0, 0.0}, {}, 0.1);
   MotionParams none;
   none.slip = 0.0;

@@ -10,7 +10,7 @@ namespace {
 
 using testing::Camera;
 
-TEST(Cloud, normals_of_a_straight_wall_stand_on_it_and_look_at_the_laser) {
+TEST(Cloud, normals_of_a_straight_wall_are_perpendicular_and_face_the_lidar) {
   const sim::Walls wall = testing::walls_of({{-20, 2}, {20, 2}, {20, 2.5}, {-20, 2.5}});
   Camera camera(wall);
   CloudMaker maker({}, {});
@@ -26,7 +26,7 @@ TEST(Cloud, normals_of_a_straight_wall_stand_on_it_and_look_at_the_laser) {
   EXPECT_GT(with_normal, 50);
 }
 
-TEST(Cloud, points_are_no_nearer_to_each_other_than_half_the_spacing) {
+TEST(Cloud, points_are_no_closer_to_each_other_than_half_the_spacing) {
   const sim::Walls room = testing::odd_room();
   Camera camera(room);
   CloudMaker maker({}, {});
@@ -50,7 +50,7 @@ TEST(Cloud, a_corner_has_no_normal) {
   }
 }
 
-TEST(Cloud, a_wall_behind_another_is_another_wall) {
+TEST(Cloud, a_wall_behind_another_is_a_separate_wall) {
   const sim::Walls room =
       testing::walls_of({{2, -1}, {2, 0.1}, {2.1, 0.1}, {2.1, -1}, {4, -1}, {4, 3}, {-1, 3}, {-1, -1}});
   Camera camera(room);
@@ -61,7 +61,7 @@ TEST(Cloud, a_wall_behind_another_is_another_wall) {
   }
 }
 
-TEST(Cloud, a_scan_without_sense_is_refused_and_one_without_returns_is_empty) {
+TEST(Cloud, an_invalid_scan_is_refused_and_one_without_returns_gives_an_empty_cloud) {
   CloudMaker maker({}, {});
   const std::vector<float> ranges(100, std::numeric_limits<float>::quiet_NaN());
   EXPECT_FALSE(maker.make({0.0, 0.0, 0.0, 0.1, 10.0, ranges}, {}));

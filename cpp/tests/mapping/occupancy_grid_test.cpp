@@ -18,7 +18,7 @@ GridParams metre_cells() {
 
 ScanPoint at(double x, double y) { return {x, y, std::hypot(x, y), 0}; }
 
-TEST(OccupancyGrid, a_ray_frees_what_it_crosses_and_fills_where_it_ends) {
+TEST(OccupancyGrid, a_ray_frees_the_cells_it_crosses_and_occupies_the_one_where_it_ends) {
   OccupancyGrid grid(0.0, 0.0, 8, 3, metre_cells());
   const std::vector<ScanPoint> points{at(5.0, 0.0)};
   grid.add({0.5, 1.5, 0.0}, {0.0, 0.0}, points);
@@ -38,7 +38,7 @@ TEST(OccupancyGrid, a_slanted_ray_leaves_no_gap) {
   while (grid.cell(column, row) == Cell::free) {
     const bool right = grid.cell(column + 1, row) != Cell::unknown;
     const bool up = grid.cell(column, row + 1) != Cell::unknown;
-    ASSERT_NE(right, up) << "one way on from " << column << " " << row;
+    ASSERT_NE(right, up) << "one next cell from " << column << " " << row;
     (right ? column : row) += 1;
     ++met;
   }
@@ -47,17 +47,17 @@ TEST(OccupancyGrid, a_slanted_ray_leaves_no_gap) {
   EXPECT_EQ(met, 14);
 }
 
-TEST(OccupancyGrid, the_pose_and_the_lasers_place_turn_the_ray) {
+TEST(OccupancyGrid, the_ray_follows_the_pose_and_the_mounting) {
   OccupancyGrid grid(-5.0, -5.0, 10, 10, metre_cells());
   const std::vector<ScanPoint> points{at(3.0, 0.0)};
-  grid.add({0.5, 0.5, 0.5 * 3.14159265358979}, {1.0, 0.0}, points);  // looks along +y, the laser 1 m ahead
+  grid.add({0.5, 0.5, 0.5 * 3.14159265358979}, {1.0, 0.0}, points);  // facing +y, the LiDAR 1 m ahead
   EXPECT_EQ(grid.cell(5, 8), Cell::occupied);
   EXPECT_EQ(grid.cell(5, 7), Cell::free);
   EXPECT_EQ(grid.cell(5, 6), Cell::free);
-  EXPECT_EQ(grid.cell(5, 5), Cell::unknown) << "behind the laser nothing was seen";
+  EXPECT_EQ(grid.cell(5, 5), Cell::unknown) << "unknown behind the LiDAR";
 }
 
-TEST(OccupancyGrid, one_stray_return_does_not_stand_against_many_beams) {
+TEST(OccupancyGrid, one_stray_return_does_not_outweigh_many_beams) {
   GridParams params = metre_cells();
   params.occupied_ratio = 0.2;
   OccupancyGrid grid(0.0, 0.0, 8, 1, params);
@@ -69,7 +69,7 @@ TEST(OccupancyGrid, one_stray_return_does_not_stand_against_many_beams) {
   EXPECT_EQ(grid.cell(6, 0), Cell::occupied);
 }
 
-TEST(OccupancyGrid, what_lies_outside_or_makes_no_sense_draws_nothing) {
+TEST(OccupancyGrid, points_outside_or_invalid_change_nothing) {
   OccupancyGrid grid(0.0, 0.0, 4, 4, metre_cells());
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const std::vector<ScanPoint> points{at(50.0, 0.0), at(nan, 0.0), at(-3.0, 0.0)};
@@ -80,7 +80,7 @@ TEST(OccupancyGrid, what_lies_outside_or_makes_no_sense_draws_nothing) {
   }
 }
 
-TEST(OccupancyGrid, a_map_of_absurd_size_is_refused) {
+TEST(OccupancyGrid, a_map_of_invalid_size_is_refused) {
   EXPECT_THROW(OccupancyGrid(0.0, 0.0, 1 << 20, 1 << 20, {}), std::invalid_argument);
   EXPECT_THROW(OccupancyGrid(0.0, 0.0, 0, 5, {}), std::invalid_argument);
 }

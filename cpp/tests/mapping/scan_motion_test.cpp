@@ -12,14 +12,14 @@ using testing::Camera;
 
 constexpr double period = 0.025;
 
-// Where a car is that drives an arc from the origin.
+// Pose of a car that drives an arc from the origin.
 Pose2 on_arc(double speed, double yaw_rate, double time) {
   if (yaw_rate == 0.0) return {speed * time, 0.0, 0.0};
   const double radius = speed / yaw_rate, yaw = yaw_rate * time;
   return {radius * std::sin(yaw), radius * (1.0 - std::cos(yaw)), yaw};
 }
 
-// All steps of a car on an arc, scanned at every period.
+// All steps of a car on an arc, with a scan every period.
 std::vector<ScanStep> drive(const sim::Walls& walls, double speed, double yaw_rate, int scans) {
   Camera camera(walls);
   ScanMotion motion({}, {}, {});
@@ -31,12 +31,12 @@ std::vector<ScanStep> drive(const sim::Walls& walls, double speed, double yaw_ra
   return steps;
 }
 
-TEST(ScanMotion, tells_how_fast_the_car_goes_and_turns_whichever_way) {
+TEST(ScanMotion, measures_speed_and_yaw_rate_in_any_direction) {
   for (const auto& [speed, yaw_rate] : {std::pair{1.0, 0.0}, {-0.8, 0.4}, {2.0, -0.8}, {0.0, 0.0}, {0.0, 0.6}}) {
     double forward = 0.0, turn = 0.0, time = 0.0;
     for (const ScanStep& step : drive(testing::odd_room(), speed, yaw_rate, 40)) {
       EXPECT_GT(step.fit, 0.85);
-      EXPECT_GT(step.along, 0.1) << "the room has walls ahead and aside";
+      EXPECT_GT(step.along, 0.1) << "there are walls ahead and beside";
       forward += step.motion.x;
       turn += step.motion.yaw;
       time += step.end - step.begin;
@@ -47,7 +47,7 @@ TEST(ScanMotion, tells_how_fast_the_car_goes_and_turns_whichever_way) {
   }
 }
 
-TEST(ScanMotion, steps_follow_each_other_and_are_no_shorter_than_they_must_be) {
+TEST(ScanMotion, steps_are_contiguous_and_not_shorter_than_the_minimum) {
   const auto steps = drive(testing::odd_room(), 1.0, 0.2, 60);
   ASSERT_GT(steps.size(), 10U);
   for (std::size_t i = 1; i < steps.size(); ++i) {
@@ -57,7 +57,7 @@ TEST(ScanMotion, steps_follow_each_other_and_are_no_shorter_than_they_must_be) {
   }
 }
 
-TEST(ScanMotion, a_bare_corridor_tells_the_turn_and_not_the_distance) {
+TEST(ScanMotion, a_featureless_corridor_gives_the_turn_but_not_the_distance) {
   const auto walls = testing::walls_of({{-60, -1}, {60, -1}, {60, 1}, {-60, 1}});
   for (const ScanStep& step : drive(walls, 1.0, 0.0, 20)) {
     EXPECT_LT(step.along, 0.01);
@@ -65,7 +65,7 @@ TEST(ScanMotion, a_bare_corridor_tells_the_turn_and_not_the_distance) {
   }
 }
 
-TEST(ScanMotion, says_nothing_over_a_gap_a_step_back_in_time_or_a_bad_scan) {
+TEST(ScanMotion, returns_nothing_after_a_gap_a_step_back_in_time_or_an_invalid_scan) {
   const auto room = testing::odd_room();
   Camera camera(room);
   ScanMotion motion({}, {}, {});
@@ -80,7 +80,7 @@ TEST(ScanMotion, says_nothing_over_a_gap_a_step_back_in_time_or_a_bad_scan) {
   EXPECT_FALSE(motion.add(camera.scan({}), 7.1));
 }
 
-TEST(ScanMotion, forgets_how_fast_the_car_was) {
+TEST(ScanMotion, forgets_the_velocity) {
   const auto room = testing::odd_room();
   Camera camera(room);
   ScanMotion used({}, {}, {}), fresh({}, {}, {});
@@ -100,7 +100,7 @@ TEST(ScanMotion, forgets_how_fast_the_car_was) {
   EXPECT_EQ(again->motion.yaw, first->motion.yaw);
 }
 
-TEST(ScanMotion, does_not_undo_a_sweep_that_is_longer_than_the_period) {
+TEST(ScanMotion, does_not_deskew_a_sweep_longer_than_the_period) {
   const auto room = testing::odd_room();
   Camera camera(room);
   ScanMotion with({}, {}, {}), without({}, {}, {});
@@ -116,7 +116,7 @@ TEST(ScanMotion, does_not_undo_a_sweep_that_is_longer_than_the_period) {
   }
 }
 
-TEST(ScanMotion, is_lost_where_the_car_is_somewhere_else_and_finds_itself_again) {
+TEST(ScanMotion, loses_track_after_a_jump_and_recovers) {
   const auto room = testing::odd_room();
   Camera camera(room);
   ScanMotion motion({}, {}, {});

@@ -28,7 +28,7 @@ struct Sample {
   std::string reason(const ScanContext& context = {}) { return explain_fault(view(), context, judge(view(), context)); }
 };
 
-TEST(ScanCheck, a_good_scan_has_no_fault_and_no_remark) {
+TEST(ScanCheck, a_valid_scan_has_no_fault_and_no_remark) {
   Sample s;
   EXPECT_EQ(s.fault(), ScanFault::none);
   EXPECT_EQ(s.reason(), "");
@@ -58,7 +58,7 @@ TEST(ScanCheck, ranges_in_millimeters_or_centimeters_are_named) {
   }
 }
 
-TEST(ScanCheck, a_header_without_sense_is_a_fault_of_its_own_kind) {
+TEST(ScanCheck, each_kind_of_invalid_header_has_its_own_fault) {
   Sample s;
   const auto with = [&](auto change) {
     Sample other = s;
@@ -73,25 +73,25 @@ TEST(ScanCheck, a_header_without_sense_is_a_fault_of_its_own_kind) {
   EXPECT_EQ(with([](LaserScan& scan) { scan.angle_increment = 5e-324; }), ScanFault::zero_increment);
   EXPECT_EQ(with([](LaserScan& scan) { scan.angle_increment = 0.01; }), ScanFault::too_wide);
   EXPECT_EQ(with([](LaserScan& scan) { scan.range_min = 30.0; }), ScanFault::range_limits);
-  EXPECT_EQ(with([](LaserScan& scan) { scan.range_max = inf; }), ScanFault::none) << "no upper limit is a limit";
+  EXPECT_EQ(with([](LaserScan& scan) { scan.range_max = inf; }), ScanFault::none) << "an infinite limit is valid";
   s.ranges.assign(1, 2.0F);
   EXPECT_EQ(s.fault(), ScanFault::no_beams);
 }
 
-TEST(ScanCheck, an_angle_max_that_belongs_to_another_number_of_beams_is_a_fault) {
+TEST(ScanCheck, an_angle_max_that_does_not_match_the_number_of_beams_is_a_fault) {
   Sample s;
   EXPECT_EQ(s.fault({.angle_max = 0.75 * scene::pi + 1.5 * s.scan.angle_increment}), ScanFault::none);
   EXPECT_EQ(s.fault({.angle_max = 0.5 * scene::pi}), ScanFault::angle_max);
   EXPECT_EQ(s.fault({.angle_max = inf}), ScanFault::not_finite);
 }
 
-TEST(ScanCheck, no_return_counts_alike_however_it_is_spelled) {
+TEST(ScanCheck, all_encodings_of_no_return_count_alike) {
   for (const float lost : {no_number, infinite, -infinite, 0.0F, -1.0F, 65.533F, 29.96F, 30.04F, 0.01F}) {
     Sample s;
     for (std::size_t i = 0; i < s.ranges.size(); ++i)
       if (i % 10 != 0) s.ranges[i] = lost;
     const ScanJudgement judgement = judge(s.view());
-    EXPECT_TRUE(judgement.usable()) << lost << ": nine of ten beams lost are no reason to stop";
+    EXPECT_TRUE(judgement.usable()) << lost << ": nine of ten lost beams are no reason to stop";
     EXPECT_EQ(judgement.returns, 109U) << lost;
     EXPECT_NE(explain_returns(judgement), "");
     for (std::size_t i = 0; i < s.ranges.size(); ++i)
@@ -100,7 +100,7 @@ TEST(ScanCheck, no_return_counts_alike_however_it_is_spelled) {
   }
 }
 
-TEST(ScanCheck, a_laser_that_does_not_look_ahead_is_refused_wherever_its_seam_lies) {
+TEST(ScanCheck, a_lidar_without_beams_ahead_is_refused_wherever_its_seam_is) {
   Sample s;
   for (const double turned : {scene::pi, -scene::pi, 3.0 * scene::pi}) {
     Sample back = s;
@@ -120,7 +120,7 @@ TEST(ScanCheck, a_laser_that_does_not_look_ahead_is_refused_wherever_its_seam_li
   }
 }
 
-TEST(ScanCheck, a_sweep_longer_than_the_period_is_not_used_to_undo_motion) {
+TEST(ScanCheck, a_sweep_longer_than_the_period_is_not_deskewed) {
   Sample s;
   s.scan.time_increment = 0.025 / 1080.0;
   EXPECT_TRUE(judge(s.view(), {.period = 0.025}).time_usable);
@@ -128,15 +128,15 @@ TEST(ScanCheck, a_sweep_longer_than_the_period_is_not_used_to_undo_motion) {
   s.scan.time_increment = 0.040 / 1080.0;
   const ScanContext context{.period = 0.025};
   EXPECT_FALSE(judge(s.view(), context).time_usable);
-  EXPECT_TRUE(judge(s.view(), context).usable()) << "it is a remark, no fault";
+  EXPECT_TRUE(judge(s.view(), context).usable()) << "a remark, not a fault";
   EXPECT_NE(explain_time(s.view(), context, judge(s.view(), context)), "");
   EXPECT_EQ(with_usable_time(s.view(), 0.025).time_increment, 0.0);
-  EXPECT_TRUE(judge(s.view()).time_usable) << "the period is not known";
+  EXPECT_TRUE(judge(s.view()).time_usable) << "the period is unknown";
   s.scan.time_increment = 1.0 / 1080.0;
   EXPECT_FALSE(judge(s.view()).time_usable) << "no LiDAR takes a second";
 }
 
-TEST(ScanCheck, a_remark_on_the_sweep_names_the_period_only_where_it_is_known) {
+TEST(ScanCheck, a_remark_on_the_sweep_names_the_period_only_if_it_is_known) {
   Sample s;
   s.scan.time_increment = 1.0 / 1080.0;
   const std::string known = explain_time(s.view(), {.period = 0.025}, judge(s.view(), {.period = 0.025}));
@@ -146,26 +146,26 @@ TEST(ScanCheck, a_remark_on_the_sweep_names_the_period_only_where_it_is_known) {
   EXPECT_NE(unknown.find("the scan period is not known"), std::string::npos) << unknown;
 }
 
-TEST(ScanPeriod, is_the_first_step_and_then_changes_slowly) {
+TEST(ScanPeriod, is_the_first_interval_and_then_changes_slowly) {
   ScanPeriod period;
   EXPECT_EQ(period.seconds(), 0.0);
   for (const double none : {0.0, -0.1, nan, inf, 2.0 * longest_pause}) period.learn(none);
-  EXPECT_EQ(period.seconds(), 0.0) << "not known";
+  EXPECT_EQ(period.seconds(), 0.0) << "unknown";
   period.learn(0.1);
   EXPECT_EQ(period.seconds(), 0.1);
   for (int i = 0; i < 100; ++i) period.learn(0.1);
-  EXPECT_EQ(period.seconds(), 0.1) << "regular scans do not round it away";
+  EXPECT_EQ(period.seconds(), 0.1) << "regular scans do not change it by rounding";
   period.learn(0.2);
   EXPECT_NEAR(period.seconds(), 0.11, 1e-12) << "one lost scan";
   for (int i = 0; i < 100; ++i) period.learn(0.05);
-  EXPECT_NEAR(period.seconds(), 0.05, 1e-4) << "another laser";
+  EXPECT_NEAR(period.seconds(), 0.05, 1e-4) << "another LiDAR";
 }
 
-TEST(ScanCheck, a_sweep_that_cannot_be_true_takes_no_time) {
+TEST(ScanCheck, an_implausible_sweep_time_counts_as_zero) {
   EXPECT_DOUBLE_EQ(usable_sweep_time(1e-4, 101, 0.025), 0.01);
   EXPECT_DOUBLE_EQ(usable_sweep_time(1e-3, 101, 0.1), 0.1) << "a full circle takes the whole period";
   EXPECT_EQ(usable_sweep_time(1e-3, 101, 0.025), 0.0);
-  EXPECT_DOUBLE_EQ(usable_sweep_time(1e-3, 101, 0.0), 0.1) << "the period is not known";
+  EXPECT_DOUBLE_EQ(usable_sweep_time(1e-3, 101, 0.0), 0.1) << "the period is unknown";
   for (const double increment : {-1e-4, 0.0, nan, inf, -inf}) {
     EXPECT_EQ(usable_sweep_time(increment, 101, 0.025), 0.0) << increment;
     EXPECT_EQ(usable_sweep_time(increment, 0, 0.0), 0.0) << increment;

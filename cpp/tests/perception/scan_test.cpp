@@ -31,7 +31,7 @@ scene::Scan constant_scan(std::size_t beams, float range) {
   return scan;
 }
 
-TEST(Scan, puts_a_return_straight_ahead_at_laser_plus_range) {
+TEST(Scan, puts_a_return_straight_ahead_at_lidar_plus_range) {
   Points p;
   const float ranges[] = {3.0F, inf};
   ASSERT_TRUE(p.from({0.0, 0.01, 0.0, 0.02, 30.0, ranges}));
@@ -48,26 +48,26 @@ TEST(Scan, a_beam_at_plus_90_degrees_is_left) {
   EXPECT_NEAR(p.points[0].y, 2.0, 1e-9);
 }
 
-TEST(Scan, no_return_in_any_of_its_spellings_is_never_a_point) {
+TEST(Scan, no_encoding_of_no_return_becomes_a_point) {
   Points p;
   const float ranges[] = {nan, inf, -inf, 0.0F, -1.0F, 65.533F, 31.0F, 0.01F, 12.0F, 3.0F};
   ASSERT_TRUE(p.from({-0.05, 0.01, 0.0, 0.02, 30.0, ranges}));
-  ASSERT_EQ(p.points.size(), 1U) << "only 3 m is a return; 12 m is r_use";
+  ASSERT_EQ(p.points.size(), 1U) << "only 3 m is a return; 12 m is range_use";
   EXPECT_EQ(p.points[0].beam, 9);
   const float clipped[] = {8.0F, 7.98F, 8.02F, 7.96F, 7.94F};
   ASSERT_TRUE(p.from({-0.05, 0.01, 0.0, 0.02, 8.0, clipped}));
-  ASSERT_EQ(p.points.size(), 1U) << "what is clipped at range_max, with its noise, is no wall";
+  ASSERT_EQ(p.points.size(), 1U) << "a range clipped at range_max, plus noise, is not a wall";
   EXPECT_EQ(p.points[0].beam, 4);
 }
 
-TEST(Scan, points_further_than_2_m_behind_the_front_axle_are_neglected) {
+TEST(Scan, points_farther_than_2_m_behind_the_front_axle_are_dropped) {
   Points p;
   ASSERT_TRUE(p.from(constant_scan(1081, 4.0F).view()));
   const double limit = CarGeometry{}.wheelbase - 2.0;
   double rearmost = 0.0;
   for (const ScanPoint& q : p.points) rearmost = std::min(rearmost, q.x);
   EXPECT_GE(rearmost, limit);
-  EXPECT_LT(rearmost, limit + 0.05) << "and those before that are kept";
+  EXPECT_LT(rearmost, limit + 0.05) << "points before the limit are kept";
 }
 
 TEST(Scan, the_car_does_not_see_its_own_body) {
@@ -75,7 +75,7 @@ TEST(Scan, the_car_does_not_see_its_own_body) {
   ASSERT_TRUE(p.from(constant_scan(1081, 0.12F).view()));
   for (const ScanPoint& q : p.points)
     EXPECT_FALSE(q.x > -0.125 && q.x < 0.455 && std::abs(q.y) < 0.155) << q.x << ' ' << q.y;
-  // The streak of section 2: at 118 to 135 degrees, closer than the mask's range.
+  // Spurious returns at 118 to 135 degrees, closer than mask_range.
   std::vector<float> streak(45, inf);
   for (std::size_t i = 42; i < 45; ++i) streak[i] = 0.25F;
   ASSERT_TRUE(p.from({0.0, 0.05, 0.0, 0.02, 30.0, streak}));
@@ -100,7 +100,7 @@ TEST(Scan, clockwise_beams_give_the_same_points) {
   }
 }
 
-// The same full turn of beams, stored from another one on, either way round.
+// The same full turn of beams, starting at another one, in either direction.
 scene::Scan stored_from(const scene::Scan& scan, std::size_t first, bool clockwise) {
   scene::Scan other = scan;
   const std::size_t n = scan.ranges.size();
@@ -119,7 +119,7 @@ scene::Scan full_turn(std::size_t beams) {
   return scan;
 }
 
-TEST(Scan, where_the_seam_lies_does_not_matter) {
+TEST(Scan, the_position_of_the_seam_does_not_matter) {
   const scene::Scan scan = full_turn(720);
   Points a;
   ASSERT_TRUE(a.from(scan.view()));
@@ -142,7 +142,7 @@ TEST(Scan, where_the_seam_lies_does_not_matter) {
   }
 }
 
-TEST(Scan, beams_that_cross_straight_behind_leave_empty_slots_for_what_they_do_not_cover) {
+TEST(Scan, beams_that_cross_straight_behind_leave_empty_slots_where_no_beam_points) {
   scene::Scan scan;  // three quarters of a turn, blind on the right
   scan.angle_min = -0.25 * scene::pi;
   scan.angle_increment = 1.5 * scene::pi / 540.0;
@@ -177,13 +177,13 @@ TEST(Scan, dense_scans_that_cross_straight_behind_are_thinned_to_the_table) {
   ASSERT_TRUE(table.prepare(scan.view()));
   EXPECT_LE(table.size(), max_points);
   EXPECT_GE(table.size(), max_points / 2);
-  scan.ranges.resize(7);  // hardly more than straight behind, in the finest steps
+  scan.ranges.resize(7);  // barely more than straight behind, with the smallest increment
   scan.angle_min = scene::pi - 2e-9;
   scan.angle_increment = 1e-9;
-  EXPECT_FALSE(table.prepare(scan.view())) << "and nothing ahead";
+  EXPECT_FALSE(table.prepare(scan.view())) << "nothing ahead";
 }
 
-TEST(Scan, the_laser_may_sit_beside_the_middle) {
+TEST(Scan, the_lidar_may_be_mounted_off_center) {
   CarGeometry car;
   car.laser_y = 0.08;
   const float ranges[] = {3.0F, inf};
@@ -196,7 +196,7 @@ TEST(Scan, the_laser_may_sit_beside_the_middle) {
   EXPECT_NEAR(points[0].y, 0.08, 1e-12);
 }
 
-TEST(Scan, a_dense_scan_is_thinned_evenly_over_its_whole_field) {
+TEST(Scan, a_dense_scan_is_thinned_evenly_over_its_whole_field_of_view) {
   Points p;
   ASSERT_TRUE(p.from(constant_scan(10000, 1.0F).view()));
   EXPECT_LE(p.table.size(), max_points);
@@ -206,7 +206,7 @@ TEST(Scan, a_dense_scan_is_thinned_evenly_over_its_whole_field) {
               0.01);
 }
 
-// A wall ahead, the car approaching at v: a beam measured t before the end saw it v t further away.
+// A wall ahead, approached at v: a beam measured t before the end of the sweep is longer by v t.
 TEST(Scan, the_motion_during_the_sweep_is_undone) {
   constexpr double v = 8.0;
   constexpr double omega = 2.0;
@@ -216,7 +216,7 @@ TEST(Scan, the_motion_during_the_sweep_is_undone) {
   for (std::size_t i = 0; i < scan.ranges.size(); ++i) {
     const double t = static_cast<double>(scan.ranges.size() - 1 - i) * beam_time;
     const double yaw = -omega * t;
-    // Exact arc: where base_link stood t before the end.
+    // Exact arc: the pose of base_link t before the end.
     const double x = -v / omega * std::sin(omega * t);
     const double laser_x = x + CarGeometry{}.laser_x * std::cos(yaw);
     const double angle = yaw + scan.angle_min + static_cast<double>(i) * scan.angle_increment;
@@ -234,27 +234,27 @@ TEST(Scan, the_motion_during_the_sweep_is_undone) {
   ASSERT_TRUE(p.from(view, {v, omega, 0.0}, off));
   double worst = 0.0;
   for (const ScanPoint& q : p.points) worst = std::max(worst, std::abs(q.x - wall_x));
-  EXPECT_GT(worst, 0.05) << "without it the wall is bent";
+  EXPECT_GT(worst, 0.05) << "without deskewing the wall is distorted";
 }
 
-TEST(Scan, a_header_that_makes_no_sense_is_refused) {
+TEST(Scan, an_invalid_header_is_refused) {
   const std::vector<float> ranges(100, 1.0F);
   BeamTable table;
   const double nan_d = std::numeric_limits<double>::quiet_NaN();
   const double inf_d = std::numeric_limits<double>::infinity();
-  EXPECT_TRUE(table.prepare({-1.0, 0.01, 0.0, 0.02, inf_d, ranges})) << "no upper limit is a limit";
+  EXPECT_TRUE(table.prepare({-1.0, 0.01, 0.0, 0.02, inf_d, ranges})) << "an infinite limit is valid";
   EXPECT_FALSE(table.prepare({-1.0, 0.01, 0.0, 0.02, 30.0, {}})) << "no beams";
   EXPECT_FALSE(table.prepare({-1.0, 0.0, 0.0, 0.02, 30.0, ranges})) << "zero increment";
   EXPECT_FALSE(table.prepare({nan_d, 0.01, 0.0, 0.02, 30.0, ranges}));
   EXPECT_FALSE(table.prepare({-1.0, nan_d, 0.0, 0.02, 30.0, ranges}));
   EXPECT_FALSE(table.prepare({-1.0, 1.0, 0.0, 0.02, 30.0, ranges})) << "many turns";
-  EXPECT_FALSE(table.prepare({-1.0, 0.01, 0.0, 30.0, 0.02, ranges})) << "limits upside down";
+  EXPECT_FALSE(table.prepare({-1.0, 0.01, 0.0, 30.0, 0.02, ranges})) << "limits swapped";
   EXPECT_FALSE(table.prepare({-1.0, 0.01, 0.0, nan_d, 30.0, ranges}));
   EXPECT_FALSE(table.prepare({-1.0, 0.01, nan_d, 0.02, 30.0, ranges}));
   EXPECT_FALSE(table.prepare({-1.0, 0.01, -1.0, 0.02, 30.0, ranges}));
 }
 
-TEST(Scan, the_table_follows_a_scan_that_changes_its_shape) {
+TEST(Scan, the_table_follows_a_change_of_the_scan_header) {
   BeamTable table;
   const std::vector<float> many(200, 1.0F);
   const std::vector<float> few(100, 1.0F);

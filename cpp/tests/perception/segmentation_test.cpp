@@ -26,7 +26,7 @@ struct Segmented {
   Buffer<Section> sections{max_sections};
 };
 
-// Range by the angle in the laser's frame; infinite where nothing stands.
+// Range as a function of the angle in the LiDAR's frame; infinite without a wall.
 scene::Scan scan_of(const std::function<double(double)>& range) {
   scene::Scan scan;
   for (int i = 0; i <= 1080; ++i)
@@ -63,14 +63,14 @@ TEST(Segmentation, a_jump_above_the_largest_threshold_is_a_break) {
   EXPECT_EQ(s.sections.size(), 2U);
 }
 
-TEST(Segmentation, a_jump_below_the_smallest_threshold_is_none) {
+TEST(Segmentation, a_jump_below_the_smallest_threshold_is_no_break) {
   const Segmented s(scan_of([](double angle) { return angle < 0.0 ? 2.0 : 2.1; }));
   EXPECT_EQ(s.sections.size(), 1U);
 }
 
-// Half a meter beside the car, a wall is met at 0.07 rad at 7 m: below break_angle, so that only the weighted mean of
-// the distances before tells that it goes on.
-TEST(Segmentation, the_weighted_mean_of_the_distances_before_keeps_a_wall_whole_that_recedes_at_grazing_incidence) {
+// A wall half a meter beside the car has an angle of incidence of 0.07 rad at 7 m: below break_angle, so that only the
+// weighted mean of the previous distances shows that it continues.
+TEST(Segmentation, the_weighted_mean_of_previous_distances_keeps_a_wall_at_grazing_incidence_in_one_section) {
   scene::Scene wall;
   wall.add(scene::right, {{0.0, -0.5}, {7.5, -0.5}});
   const scene::Scan scan = wall.scan({0.0, 0.0, 0.0});
@@ -78,13 +78,13 @@ TEST(Segmentation, the_weighted_mean_of_the_distances_before_keeps_a_wall_whole_
   EXPECT_GT(Segmented(scan).points.back().range, 7.0);
   SegmentationParams one_mean;
   one_mean.mean_factor = 1.0;
-  EXPECT_GT(Segmented(scan, 2.0, one_mean).sections.size(), 1U) << "the threshold is in units of the mean";
+  EXPECT_GT(Segmented(scan, 2.0, one_mean).sections.size(), 1U) << "the threshold is a multiple of the mean";
   SegmentationParams slow;
   slow.mean_gain = 0.01;
-  EXPECT_GT(Segmented(scan, 2.0, slow).sections.size(), 1U) << "a mean of long ago tells nothing of here";
+  EXPECT_GT(Segmented(scan, 2.0, slow).sections.size(), 1U) << "a slow mean lags behind";
 }
 
-TEST(Segmentation, a_distance_above_break_max_is_a_break_whatever_the_mean_says) {
+TEST(Segmentation, a_distance_above_break_max_is_a_break_regardless_of_the_mean) {
   scene::Scene wall;
   wall.add(scene::right, {{0.0, -0.5}, {9.5, -0.5}});
   const SegmentationParams params;
@@ -96,10 +96,10 @@ TEST(Segmentation, a_distance_above_break_max_is_a_break_whatever_the_mean_says)
   const Section& near = s.sections[0];
   for (std::size_t i = near.first; i < near.last; ++i) EXPECT_LE(step(i), params.break_max);
   EXPECT_GT(step(near.last), params.break_max);
-  EXPECT_LT(step(near.last), passable_gap(2.0, params)) << "it is no way through yet";
+  EXPECT_LT(step(near.last), passable_gap(2.0, params)) << "not passable yet";
 }
 
-TEST(Segmentation, more_lost_beams_in_a_row_than_max_beam_gap_are_a_break) {
+TEST(Segmentation, more_consecutive_lost_beams_than_max_beam_gap_are_a_break) {
   SegmentationParams params;
   params.merge_distance = 0.0;
   for (const int lost : {params.max_beam_gap - 1, params.max_beam_gap}) {
@@ -109,12 +109,12 @@ TEST(Segmentation, more_lost_beams_in_a_row_than_max_beam_gap_are_a_break) {
   }
 }
 
-TEST(Segmentation, neighbours_nearer_than_the_merge_distance_are_one_section) {
+TEST(Segmentation, neighbors_closer_than_the_merge_distance_are_merged) {
   EXPECT_EQ(Segmented(scan_of([](double angle) { return angle < 0.0 ? 2.0 : 2.33; })).sections.size(), 1U);
   EXPECT_EQ(Segmented(scan_of([](double angle) { return angle < 0.0 ? 2.0 : 2.37; })).sections.size(), 2U);
 }
 
-TEST(Segmentation, too_few_points_a_short_chord_and_a_far_start_are_eliminated) {
+TEST(Segmentation, sections_with_few_points_a_short_chord_or_far_away_are_eliminated) {
   // A post of 5 beams ahead of a wall that is 6 m away.
   const auto post = [](double half, double at) {
     return scan_of([=](double angle) { return std::abs(angle) < half ? at : nothing; });
@@ -126,7 +126,7 @@ TEST(Segmentation, too_few_points_a_short_chord_and_a_far_start_are_eliminated) 
 }
 
 // Beams 1 degree apart: a wall across at 6 m has a point every 0.1 m, so that its chord is long enough.
-TEST(Segmentation, a_section_of_fewer_points_than_needed_is_eliminated_however_long_its_chord) {
+TEST(Segmentation, a_section_with_too_few_points_is_eliminated_regardless_of_its_chord) {
   const auto wall_of = [](int beams) {
     scene::Scan scan;
     scan.angle_increment *= 4.0;
@@ -142,7 +142,7 @@ TEST(Segmentation, a_section_of_fewer_points_than_needed_is_eliminated_however_l
   EXPECT_EQ(Segmented(wall_of(params.min_points)).sections[0].status, SectionStatus::kept);
 }
 
-TEST(Segmentation, what_shows_through_a_joint_is_seen_through_and_both_neighbours_stay) {
+TEST(Segmentation, sections_visible_through_a_joint_are_dropped_and_both_neighbors_kept) {
   scene::Scene pipes;
   pipes.add(scene::left, {{0.0, 1.0}, {3.0, 1.0}}).add(scene::left, {{3.5, 1.0}, {7.0, 1.0}});
   pipes.add(scene::neither, {{0.0, 3.0}, {12.0, 3.0}});
@@ -156,16 +156,17 @@ TEST(Segmentation, what_shows_through_a_joint_is_seen_through_and_both_neighbour
   }
 }
 
-TEST(Segmentation, what_stands_before_a_joint_is_not_seen_through) {
+TEST(Segmentation, a_section_in_front_of_a_joint_is_not_dropped) {
   scene::Scene pipes;
   pipes.add(scene::left, {{0.0, 3.0}, {5.0, 3.0}}).add(scene::left, {{5.8, 3.0}, {10.0, 3.0}});
-  pipes.add(scene::neither, {{3.68, 1.5}, {3.97, 1.5}});  // halfway to the joint, too far from it to be of the wall
+  pipes.add(scene::neither,
+            {{3.68, 1.5}, {3.97, 1.5}});  // halfway to the joint, too far from it to be part of the wall
   const Segmented s(pipes.scan({2.0, 0.0, 0.0}));
   EXPECT_EQ(s.count(SectionStatus::seen_through), 0U);
   EXPECT_EQ(s.count(SectionStatus::kept), 3U);
 }
 
-TEST(Segmentation, what_shows_through_a_gap_wide_enough_to_drive_is_kept) {
+TEST(Segmentation, sections_visible_through_a_passable_gap_are_kept) {
   scene::Scene opening;
   opening.add(scene::left, {{0.0, 1.0}, {2.5, 1.0}}).add(scene::left, {{4.5, 1.0}, {7.0, 1.0}});
   opening.add(scene::neither, {{2.0, 3.0}, {8.0, 3.0}});
@@ -188,14 +189,14 @@ TEST(Segmentation, thinned_beams_still_give_two_walls_in_a_corridor) {
   }
 }
 
-TEST(Segmentation, the_median_beam_step_is_the_spacing_of_what_came_back) {
+TEST(Segmentation, the_median_beam_step_is_the_spacing_of_the_returns) {
   Buffer<ScanPoint> points(max_points);
   EXPECT_DOUBLE_EQ(median_beam_step(points), 1.0);
   for (int i = 0; i < 100; ++i) points.push({1.0, 0.0, 1.0, 3 * i});
   EXPECT_DOUBLE_EQ(median_beam_step(points), 3.0);
 }
 
-TEST(Segmentation, more_sections_than_there_is_room_for_are_dropped_not_written) {
+TEST(Segmentation, sections_beyond_the_capacity_are_dropped) {
   int k = 0;
   scene::Scan scan = scan_of([&](double) { return ++k % 2 == 0 ? 2.0 : 7.0; });
   const Segmented s(scan);

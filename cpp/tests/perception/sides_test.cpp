@@ -8,7 +8,7 @@
 namespace firstlap {
 namespace {
 
-// A first look: everything up to the split, without any past.
+// A first scan: everything up to the split, without previous sides.
 struct Sides {
   explicit Sides(const scene::Scan& scan) {
     BeamTable table;
@@ -54,7 +54,7 @@ TEST(Sides, samples_are_about_a_spacing_apart_and_on_the_wall) {
   }
 }
 
-TEST(Sides, a_lone_wall_on_the_left_is_left_and_on_the_right_is_right) {
+TEST(Sides, a_single_wall_on_the_left_is_left_and_on_the_right_is_right) {
   for (const int side : {scene::left, scene::right}) {
     scene::Scene wall;
     wall.add(side, {{-5.0, 1.0 * side}, {20.0, 1.0 * side}});
@@ -65,7 +65,7 @@ TEST(Sides, a_lone_wall_on_the_left_is_left_and_on_the_right_is_right) {
   }
 }
 
-TEST(Sides, a_candidate_that_contradicts_the_past_scores_less) {
+TEST(Sides, a_candidate_that_contradicts_previous_sides_scores_less) {
   Sides s(scene::Course{}.straight(40).walls(2.0).scan({10.0, 0.0, 0.0}));
   s.choose();
   const double without_past = s.candidates.items[0].score;
@@ -73,7 +73,7 @@ TEST(Sides, a_candidate_that_contradicts_the_past_scores_less) {
   for (SectionSample& sample : s.samples) sample.vote = sample.section < split ? -1 : 1;
   s.choose();
   EXPECT_EQ(s.candidates.items[0].split, split);
-  EXPECT_NEAR(s.candidates.items[0].score, without_past, 1e-9) << "full agreement costs nothing";
+  EXPECT_NEAR(s.candidates.items[0].score, without_past, 1e-9) << "full agreement has no penalty";
   for (SectionSample& sample : s.samples) sample.vote = -sample.vote;
   s.choose();
   for (std::size_t i = 0; i < s.candidates.count; ++i) {
@@ -83,8 +83,8 @@ TEST(Sides, a_candidate_that_contradicts_the_past_scores_less) {
   }
 }
 
-TEST(Sides, a_wall_keeps_its_side_when_it_is_the_only_one_left_and_wraps_round) {
-  // The right wall of a left-hand hairpin: from the right, round the front, to the left.
+TEST(Sides, a_wall_keeps_its_side_when_it_is_the_only_one_and_surrounds_the_car) {
+  // The right wall of a left-hand hairpin: from the right, around the front, to the left.
   scene::Scene wall;
   wall.add(scene::right, scene::Course{}.turn(2.0, scene::pi).straight(3.0).parallel(-1.0, 0.0, 9.0));
   Sides s(wall.scan({0.0, 0.0, 0.0}));
@@ -94,11 +94,11 @@ TEST(Sides, a_wall_keeps_its_side_when_it_is_the_only_one_left_and_wraps_round) 
   EXPECT_GT(s.walls.right.size(), 20U);
 }
 
-TEST(Sides, votes_come_from_walls_seen_before_at_the_same_place) {
+TEST(Sides, votes_come_from_earlier_walls_at_the_same_place) {
   Sides s(scene::Course{}.straight(40).walls(2.0).scan({10.0, 0.0, 0.0}));
   LocalWalls before;
   for (double x = -1.0; x < 5.0; x += 0.15) {
-    before.left.push(x, -1.0, {}, 0.0F);  // the world upside down
+    before.left.push(x, -1.0, {}, 0.0F);  // sides swapped
     before.right.push(x, 1.0, {}, 0.0F);
   }
   label_from_history(before, Buffer<TrajectoryPoint>(8), Buffer<TrailPoint>(8), s.params, s.samples);
@@ -109,7 +109,7 @@ TEST(Sides, votes_come_from_walls_seen_before_at_the_same_place) {
   }
 }
 
-TEST(Sides, votes_come_from_the_previous_path_where_no_wall_was_seen) {
+TEST(Sides, votes_come_from_the_previous_path_where_there_was_no_wall) {
   Sides s(scene::Course{}.straight(40).walls(2.0).scan({10.0, 0.0, 0.0}));
   Buffer<TrajectoryPoint> path(100);
   for (int i = 0; i < 60; ++i) path.push({0.1 * i, 0.1 * i - 1.0, 0.0, 0.0, 0.0, 1.0});
@@ -124,7 +124,7 @@ TEST(Sides, votes_come_from_the_previous_path_where_no_wall_was_seen) {
   }
 }
 
-// Three kept sections of two points each, right to left, and so two gaps to choose from.
+// Three kept sections of two points each, right to left, with two gaps between them.
 struct TwoGaps {
   struct Gap {
     Point2 from;
@@ -136,7 +136,7 @@ struct TwoGaps {
     add(first.to, second.from);
     add(second.to, {1.0, 1.0});
   }
-  // Of the gap before a section; 0 where it is no candidate.
+  // Score of the gap before a section; 0 if it is no candidate.
   [[nodiscard]] double score(std::size_t split, double width) const {
     const Buffer<SectionSample> no_past(1);
     const Candidates found = rank_splits(points, sections, no_past, width, car, {});
@@ -158,18 +158,18 @@ struct TwoGaps {
   Buffer<Section> sections{8};
 };
 
-TEST(Sides, a_gap_narrower_than_the_track_has_been_scores_by_its_share_of_it) {
+TEST(Sides, a_gap_narrower_than_the_track_scores_by_its_share_of_the_width) {
   const TwoGaps::Gap deep{{6.0, -2.0}, {6.0, -1.0}};  // 1 m wide
   const TwoGaps::Gap wide{{5.0, 0.0}, {5.0, 1.6}};
   const TwoGaps gaps(deep, wide);
   constexpr double width = 2.0;
-  EXPECT_NEAR(gaps.score(2, width), TwoGaps::depth(wide), 1e-9) << "a gap of 0.8 track widths fits";
+  EXPECT_NEAR(gaps.score(2, width), TwoGaps::depth(wide), 1e-9) << "a gap of 0.8 track widths has the full score";
   EXPECT_NEAR(gaps.score(1, width), TwoGaps::depth(deep) * 1.0 / (0.7 * width), 1e-9);
-  EXPECT_GT(gaps.score(2, width), gaps.score(1, width)) << "the deeper one is too narrow for this track";
-  EXPECT_GT(gaps.score(1, 1.0), gaps.score(2, 1.0)) << "and on a narrower track it is the way on";
+  EXPECT_GT(gaps.score(2, width), gaps.score(1, width)) << "the deeper gap is too narrow for this track";
+  EXPECT_GT(gaps.score(1, 1.0), gaps.score(2, 1.0)) << "on a narrower track it is where the track continues";
 }
 
-TEST(Sides, a_gap_in_line_with_the_walls_on_both_sides_of_it_is_a_hole_and_counts_a_fifth) {
+TEST(Sides, a_gap_in_line_with_the_walls_on_both_sides_is_a_hole_with_a_fifth_of_the_score) {
   const TwoGaps::Gap in_line{{5.0, -1.0}, {6.5, -1.0}};
   const TwoGaps::Gap around{{9.0, -1.0}, {9.0, 1.0}};
   const TwoGaps gaps(in_line, around);
@@ -211,7 +211,7 @@ TEST(Sides, a_narrow_joint_is_bridged_and_a_wide_one_is_open) {
   }
 }
 
-TEST(Sides, a_side_ends_where_its_next_section_is_further_away_than_chain_gap) {
+TEST(Sides, a_side_ends_where_its_next_section_is_farther_away_than_chain_gap) {
   for (const double gap : {4.0, 6.0}) {
     scene::Scene scene;
     scene.add(scene::right, {{-5.0, -1.0}, {20.0, -1.0}});
@@ -225,8 +225,8 @@ TEST(Sides, a_side_ends_where_its_next_section_is_further_away_than_chain_gap) {
   }
 }
 
-// The wall that faces the car at the end of a straight has lost some beams; the way on leads round the right wall.
-TEST(Sides, a_hole_in_one_wall_is_no_way_on) {
+// The wall facing the car at the end of a straight has lost some beams; the track continues around the right wall.
+TEST(Sides, the_track_does_not_continue_through_a_hole_in_one_wall) {
   scene::Scene bend;
   bend.add(scene::left, {{-4.0, 1.0}, {5.0, 1.0}, {5.0, -0.2}});
   bend.add(scene::left, {{5.0, -1.6}, {5.0, -4.5}, {-4.0, -4.5}});

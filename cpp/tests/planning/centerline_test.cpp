@@ -22,7 +22,7 @@ void push_wall(WallSide& side, double x0, double y0, double x1, double y1, bool 
 
 Sight mirrored(const Sight& sight) { return {sight.x, -sight.y, -sight.shadow, sight.way_on}; }
 
-// The line of sight from the laser past a point.
+// The line of sight from the LiDAR past a point.
 Sight sight_past(double x, double y, float shadow) {
   const double length = std::hypot(x - CarGeometry{}.laser_x, y);
   return {static_cast<float>((x - CarGeometry{}.laser_x) / length), static_cast<float>(y / length), shadow, true};
@@ -63,7 +63,7 @@ TEST(Centerline, it_starts_0_9_m_behind_the_front_axle_and_ends_at_most_9_m_ahea
   EXPECT_NEAR(line.points[line.nearest].x, CarGeometry{}.wheelbase, 0.1);
 }
 
-TEST(Centerline, a_lone_wall_is_moved_by_half_the_remembered_width) {
+TEST(Centerline, a_single_wall_is_offset_by_half_the_remembered_width) {
   for (const double width : {1.2, 2.0}) {
     LocalWalls walls;
     push_wall(walls.left, -2.0, 0.7, 10.0, 0.7);
@@ -77,7 +77,7 @@ TEST(Centerline, a_lone_wall_is_moved_by_half_the_remembered_width) {
   }
 }
 
-TEST(Centerline, walls_further_apart_than_width_max_are_no_pair_and_the_nearer_one_counts) {
+TEST(Centerline, walls_farther_apart_than_width_max_are_no_pair_and_the_nearer_one_counts) {
   const TrackWidthParams params;
   for (const double side : {1.0, -1.0}) {
     const auto between = [&](double apart) {
@@ -98,7 +98,7 @@ TEST(Centerline, walls_further_apart_than_width_max_are_no_pair_and_the_nearer_o
   }
 }
 
-TEST(Centerline, where_one_wall_ends_the_other_carries_on_with_the_width_that_was_seen) {
+TEST(Centerline, where_one_wall_ends_the_other_continues_with_the_measured_width) {
   LocalWalls walls;
   push_wall(walls.right, -2.0, -0.75, 10.0, -0.75);
   push_wall(walls.left, -2.0, 0.75, 3.0, 0.75);
@@ -107,7 +107,7 @@ TEST(Centerline, where_one_wall_ends_the_other_carries_on_with_the_width_that_wa
   for (const CenterlinePoint& p : line.points) EXPECT_NEAR(p.y, 0.0, 0.05) << p.x;
 }
 
-TEST(Centerline, where_one_wall_ends_the_measured_width_carries_on_and_fades_to_the_remembered_one) {
+TEST(Centerline, where_one_wall_ends_the_measured_width_continues_and_blends_into_the_remembered_width) {
   constexpr double measured = 1.5;
   constexpr double remembered = 2.5;
   constexpr double end = 3.0;
@@ -122,13 +122,13 @@ TEST(Centerline, where_one_wall_ends_the_measured_width_carries_on_and_fades_to_
   }
 }
 
-TEST(Centerline, no_wall_is_no_line) {
+TEST(Centerline, without_walls_there_is_no_line) {
   const Centerline line = trace(LocalWalls{});
   EXPECT_EQ(line.points.size(), 0U);
   EXPECT_EQ(line.end, LineEnd::none);
 }
 
-// Every outer wall of a sharp corner folds a plain offset into a loop.
+// Every outer wall of a sharp corner folds a plain offset curve into a loop.
 TEST(Centerline, a_sharp_corner_does_not_fold_it) {
   LocalWalls walls;
   push_wall(walls.right, -2.0, -1.0, 4.0, -1.0, false);
@@ -159,7 +159,7 @@ TEST(Centerline, every_point_keeps_its_distance_to_the_whole_of_both_walls) {
   }
 }
 
-TEST(Centerline, a_door_niche_does_not_bend_it_by_more_than_it_widens_the_track) {
+TEST(Centerline, a_niche_does_not_shift_it_by_more_than_it_widens_the_track) {
   LocalWalls walls;
   push_wall(walls.right, -2.0, -1.0, 12.0, -1.0);
   push_wall(walls.left, -2.0, 1.0, 3.0, 1.0, false);
@@ -182,7 +182,7 @@ TEST(Centerline, walls_narrower_than_the_car_end_it) {
 }
 
 TEST(Centerline, a_line_against_the_cars_own_trail_ends_there) {
-  // The corridor ahead is where the car has just been, coming toward us.
+  // The corridor ahead is where the car came from, driving toward its present position.
   Buffer<TrailPoint> trail(64);
   for (int i = 0; i < 20; ++i) trail.push({6.0 - 0.2 * i, 0.0, scene::pi, 3.0});
   const Centerline line = trace(corridor(-1.0, 1.0), 2.0, trail);
@@ -196,9 +196,9 @@ TEST(Centerline, a_line_along_the_cars_own_trail_does_not_end) {
   EXPECT_EQ(trace(corridor(-1.0, 1.0), 2.0, trail).end, LineEnd::length);
 }
 
-// A hairpin round the tip of the left wall, which ends beside the car: what is behind it is out of sight, but the line
-// of sight past it is free.
-TEST(Centerline, round_a_tip_it_keeps_as_far_from_the_tip_as_from_the_outer_wall) {
+// A hairpin around the tip of the left wall, which ends beside the car: the area behind it is occluded, but the space
+// up to the line of sight past it is free.
+TEST(Centerline, around_a_tip_it_is_as_far_from_the_tip_as_from_the_outer_wall) {
   LocalWalls walls;
   push_wall(walls.right, -2.0, -0.7, 2.5, -0.7, false);
   push_wall(walls.right, 2.5, -0.7, 2.5, 3.0);
@@ -217,7 +217,7 @@ TEST(Centerline, round_a_tip_it_keeps_as_far_from_the_tip_as_from_the_outer_wall
   EXPECT_GT(offset_at_tip(blind), 0.25);
 }
 
-TEST(Centerline, between_two_visible_ends_it_goes_on_as_far_as_the_lines_of_sight_pass) {
+TEST(Centerline, between_two_visible_ends_it_continues_as_far_as_both_lines_of_sight_allow) {
   const auto widening = [](bool sight) {
     LocalWalls walls;
     for (const double side : {1.0, -1.0}) {
@@ -255,7 +255,7 @@ TEST(Centerline, mirrored_walls_mirror_it) {
   }
 }
 
-TEST(Centerline, a_full_side_is_no_reason_to_write_beyond_it) {
+TEST(Centerline, samples_beyond_the_capacity_of_a_side_are_dropped) {
   LocalWalls walls;
   for (std::size_t i = 0; i < 3 * max_samples; ++i) {
     walls.left.push(0.01 * static_cast<double>(i), 1.0, {}, 0.0F);
@@ -279,7 +279,7 @@ TEST(WallSide, the_nearest_sample_is_the_nearest_of_all) {
   }
 }
 
-TEST(WallSide, moving_the_car_moves_walls_the_other_way_and_ages_them) {
+TEST(WallSide, moving_the_car_moves_walls_in_the_opposite_direction_and_ages_them) {
   LocalWalls walls;
   walls.left.push(2.0, 1.0, {1.0, 0.0}, 0.1F);
   move_walls({1.0, 0.0, 0.5 * scene::pi}, 0.025, walls);

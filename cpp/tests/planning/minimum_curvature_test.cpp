@@ -21,7 +21,7 @@ MinimumCurvatureParams bending() {
   return params;
 }
 
-// The medial line of a lane of this width as base_link sees it from `car`.
+// The medial line of a lane of this width, in base_link at `car`.
 Buffer<CenterlinePoint> line_of(const scene::Course& course, double from, double to, double width, const Pose2& car) {
   Buffer<CenterlinePoint> line(max_line_points);
   const double c = std::cos(car.yaw);
@@ -55,7 +55,7 @@ Bent bend(const Buffer<CenterlinePoint>& line, const MinimumCurvatureParams& ben
   return found;
 }
 
-// [1/m] of the path through these keys, ahead of base_link and up to `to` m of it.
+// [1/m] of the path through these control points, ahead of base_link and up to `to` meters.
 double sharpest(const Buffer<Point2>& keys, double to) {
   Spline spline(max_line_points);
   Buffer<TrajectoryPoint> path(max_path_points);
@@ -75,7 +75,7 @@ TEST(MinimumCurvature, a_car_in_the_middle_of_a_straight_goes_straight_on) {
   for (const Point2& p : found.points) EXPECT_NEAR(p.y, 0.0, 1e-9);
 }
 
-TEST(MinimumCurvature, the_path_begins_on_the_arc_that_the_car_drives) {
+TEST(MinimumCurvature, the_path_starts_on_the_arc_of_the_car) {
   for (const double curvature : {-0.8, 0.0, 0.4}) {
     const auto params = bending();
     const auto found =
@@ -88,7 +88,7 @@ TEST(MinimumCurvature, the_path_begins_on_the_arc_that_the_car_drives) {
   }
 }
 
-TEST(MinimumCurvature, it_swings_out_before_a_corner_cuts_it_and_bends_less_than_the_smoothed_line) {
+TEST(MinimumCurvature, it_swings_out_before_a_corner_cuts_it_and_has_less_curvature_than_the_smoothed_line) {
   const scene::Course course = corner();
   const auto line = line_of(course, 1.1, 12.0, 3.0, {2.0, 0.0, 0.0});
   const auto found = bend(line, bending());
@@ -99,7 +99,7 @@ TEST(MinimumCurvature, it_swings_out_before_a_corner_cuts_it_and_bends_less_than
     out = std::min(out, key.offset);
     in = std::max(in, key.offset);
   }
-  EXPECT_LT(out, -0.05);  // to the right before a bend to the left
+  EXPECT_LT(out, -0.05);  // to the right before a left-hand corner
   EXPECT_GT(in, 0.1);
   EXPECT_LT(sharpest(found.points, 9.0), 0.8 * sharpest(found.smoothed, 9.0));
 }
@@ -115,8 +115,8 @@ TEST(MinimumCurvature, a_mirrored_track_gives_the_mirrored_path) {
   }
 }
 
-// Of all keys but the car's own; random lanes, places and headings.
-TEST(MinimumCurvature, no_key_comes_nearer_to_a_wall_than_the_margin) {
+// All control points but those on the car's arc; random lanes, positions and headings.
+TEST(MinimumCurvature, no_control_point_comes_closer_to_a_wall_than_the_margin) {
   const auto seed = scene::seed_or(3);
   scene::RandomInputs random(seed);
   for (int run = 0; run < scene::count_or(300); ++run) {
@@ -131,23 +131,23 @@ TEST(MinimumCurvature, no_key_comes_nearer_to_a_wall_than_the_margin) {
     const double room = std::max(0.0, 0.5 * width - 0.5 * CarGeometry{}.width - margin);
     for (std::size_t i = 2; i < found.points.size(); ++i) {
       const double off = course.distance(scene::to_world(car, found.points[i].x, found.points[i].y));
-      ASSERT_LE(off, room + 0.02) << scene::how_to_repeat(seed, run);  // the medial line is made of short pieces
+      ASSERT_LE(off, room + 0.02) << scene::how_to_repeat(seed, run);  // the medial line is a polyline
     }
   }
 }
 
-TEST(MinimumCurvature, a_tight_bend_is_not_cut) {
+TEST(MinimumCurvature, a_tight_corner_is_not_cut) {
   const scene::Course course = scene::Course{}.straight(6.0).turn(1.05, std::numbers::pi).straight(6.0);
   const auto line = line_of(course, 1.1, 14.0, 2.0, {4.0, 0.0, 0.0});
   const auto found = bend(line, bending());
   ASSERT_TRUE(found.bent);
-  for (std::size_t i = 2; i < 7; ++i) EXPECT_LE(found.keys[i].high, 0.0) << i;  // the bend and 3 m before it
+  for (std::size_t i = 2; i < 7; ++i) EXPECT_LE(found.keys[i].high, 0.0) << i;  // the corner and 3 m before it
   auto cutting = bending();
   cutting.bend_radius = 0.0;
   EXPECT_GT(bend(line, cutting).keys[4].high, 0.0);
 }
 
-TEST(MinimumCurvature, towards_the_end_of_sight_the_path_comes_back_to_the_line) {
+TEST(MinimumCurvature, toward_the_end_of_the_line_the_path_returns_to_it) {
   const auto found = bend(line_of(scene::Course{}.straight(14.0), 1.1, 12.0, 2.0, {2.0, 0.0, 0.0}), bending());
   ASSERT_TRUE(found.bent);
   const auto free = [&](std::size_t i) { return found.keys[i].high - found.keys[i].low; };
@@ -156,7 +156,7 @@ TEST(MinimumCurvature, towards_the_end_of_sight_the_path_comes_back_to_the_line)
   for (std::size_t i = 3; i <= last; ++i) EXPECT_LE(free(i), free(i - 1) + 1e-9);
 }
 
-TEST(MinimumCurvature, no_passes_and_a_line_too_short_to_choose_change_nothing) {
+TEST(MinimumCurvature, no_passes_or_a_line_too_short_change_nothing) {
   const auto whole = line_of(scene::Course{}.straight(12.0), 1.1, 11.0, 2.0, {2.0, 0.3, 0.0});
   const auto brief = line_of(scene::Course{}.straight(12.0), 1.1, 3.5, 2.0, {2.0, 0.3, 0.0});
   for (const auto& [line, params] : {std::pair{whole, MinimumCurvatureParams{}}, std::pair{brief, bending()}}) {
@@ -167,8 +167,8 @@ TEST(MinimumCurvature, no_passes_and_a_line_too_short_to_choose_change_nothing) 
   }
 }
 
-// The energy at rest, against that of other paths through the same corner.
-TEST(MinimumCurvature, many_passes_find_the_least_sum_of_curvature_squared_times_way) {
+// The energy at convergence, compared with other paths through the same corner.
+TEST(MinimumCurvature, many_passes_minimize_the_integral_of_squared_curvature) {
   auto params = bending();
   params.bend_passes = 200;
   auto found = bend(line_of(corner(), 1.1, 12.0, 2.0, {2.0, 0.2, 0.0}), params);
@@ -200,7 +200,7 @@ TEST(MinimumCurvature, many_passes_find_the_least_sum_of_curvature_squared_times
   }
 }
 
-TEST(MinimumCurvature, a_car_drives_corners_and_a_hairpin_by_it) {
+TEST(MinimumCurvature, a_car_drives_corners_and_a_hairpin_along_it) {
   Params params;
   params.minimum_curvature = bending();
   params.trajectory.smoothing_margin = 0.2;
@@ -212,7 +212,7 @@ TEST(MinimumCurvature, a_car_drives_corners_and_a_hairpin_by_it) {
   const scene::Tour tour = scene::drive(racer, walls, course, 1.0, course.length() - 4.0, 1.0);
   EXPECT_EQ(tour.not_ok, 0);
   EXPECT_LT(tour.worst_offset, 1.0 - 0.155);
-  EXPECT_GT(tour.worst_offset, 0.1);  // it does cut
+  EXPECT_GT(tour.worst_offset, 0.1);  // it does cut the corner
 }
 
 }  // namespace

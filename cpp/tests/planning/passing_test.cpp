@@ -16,7 +16,7 @@ Centerline line_with_room(double half_width, double narrow_at, double narrow_hal
   return line;
 }
 
-TEST(Passing, room_on_both_sides_costs_nothing_and_a_tight_place_does) {
+TEST(Passing, clearance_on_both_sides_scores_1_and_a_tight_place_less) {
   const CarGeometry car;
   EXPECT_EQ(clearance_score(line_with_room(0.9, 100.0, 0.0), car, {}), 1.0);
   EXPECT_LT(clearance_score(line_with_room(0.9, 2.0, 0.25), car, {}), 0.6);
@@ -24,11 +24,11 @@ TEST(Passing, room_on_both_sides_costs_nothing_and_a_tight_place_does) {
             clearance_score(line_with_room(0.9, 2.0, 0.25), car, {}));
 }
 
-TEST(Passing, a_tight_place_far_ahead_can_wait) {
+TEST(Passing, a_tight_place_far_ahead_does_not_count) {
   EXPECT_EQ(clearance_score(line_with_room(0.9, 7.0, 0.2), CarGeometry{}, {}), 1.0);
 }
 
-TEST(Passing, a_section_that_changes_sides_costs_and_a_small_or_unknown_one_does_not) {
+TEST(Passing, a_section_that_changes_sides_lowers_the_score_and_a_small_or_unknown_one_does_not) {
   Buffer<Section> sections(8);
   Buffer<SectionSample> samples(64);
   for (int i = 0; i < 3; ++i) sections.push({});

@@ -48,7 +48,7 @@ TEST(Spline, it_agrees_with_scipys_natural_cubic_spline) {
   }
 }
 
-TEST(Spline, the_order_of_questions_does_not_matter) {
+TEST(Spline, the_order_of_evaluation_does_not_matter) {
   const Spline spline = spline_through(knots);
   std::size_t hint = 0;
   for (int i = 100; i-- > 0;) {
@@ -99,7 +99,7 @@ TEST(Spline, two_points_are_a_straight_line) {
   EXPECT_NEAR(spline.at(2.5, hint).curvature, 0.0, 1e-12);
 }
 
-TEST(Spline, repeated_points_are_left_out) {
+TEST(Spline, repeated_points_are_skipped) {
   const Spline once = spline_through({{0, 0}, {1, 1}, {2, 0}});
   const Spline twice = spline_through({{0, 0}, {0, 0}, {1, 1}, {1, 1}, {1, 1}, {2, 0}, {2, 0}});
   std::size_t hint = 0;

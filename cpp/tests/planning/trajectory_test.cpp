@@ -38,7 +38,7 @@ void smooth_line(const Buffer<CenterlinePoint>& line, double lambda, int iterati
   smooth(lambda, iterations, out);
 }
 
-TEST(Smoothing, one_pass_moves_each_point_by_lambda_towards_the_middle_of_its_old_neighbours) {
+TEST(Smoothing, one_pass_moves_each_point_by_lambda_toward_the_midpoint_of_its_old_neighbors) {
   Buffer<Point2> out(max_line_points);
   smooth_line(line_of({{0, 0}, {1, 1}, {2, 0}, {3, 4}, {4, 0}}), 0.5, 1, out);
   const double expected[] = {0.0, 0.5, 1.25, 2.0, 0.0};  // 1-.5*1, 0+.5*2.5, 4-.5*4
@@ -69,7 +69,7 @@ TEST(Smoothing, no_passes_or_no_lambda_is_a_copy) {
   EXPECT_DOUBLE_EQ(out[1].y, 1.0);
 }
 
-// The answer to a single peak is a bell of variance N lambda ds^2: sigma = ds sqrt(lambda N) = 0.34 m.
+// The response to a single peak is a bell of variance N lambda ds^2: sigma = ds sqrt(lambda N) = 0.34 m.
 TEST(Smoothing, its_reach_is_ds_times_the_root_of_lambda_n) {
   constexpr double ds = 0.15;
   std::vector<Point2> peak;
@@ -100,7 +100,7 @@ TEST(Smoothing, it_shrinks_a_circle_by_half_sigma_squared_times_its_curvature) {
 
 // Opheim ----------------------------------------------------------------------------------------------
 
-// Worked by hand from the pseudo code of method.md section 6 with tol_min 0.1, tol_max 1.
+// Worked out by hand from the pseudocode in method.md, section 6, with tol_min 0.1 and tol_max 1.
 struct Worked {
   const char* name;
   std::vector<Point2> points;
@@ -111,15 +111,17 @@ const Worked worked[] = {
      {{0, 0}, {0.3, 0}, {0.6, 0}, {0.9, 0}, {1.2, 0}, {1.5, 0}, {1.8, 0}},
      {0, 3, 6}},
     {"a corner is kept", {{0, 0}, {0.3, 0}, {0.6, 0}, {0.6, 0.3}, {0.6, 0.6}}, {0, 2, 4}},
-    {"points within the smallest tolerance of the key do not define the ray",
+    {"points within tol_min of the kept point do not define the ray",
      {{0, 0}, {0.02, 0.02}, {0.05, 0}, {0.5, 0}, {0.8, 0}, {0.8, 0.5}},
      {0, 4, 5}},
-    {"the ray is a half-line: what lies behind the key is far from it",
+    {"the ray is a half-line: points behind the kept point are far from it",
      {{0, 0}, {0.3, 0}, {0.5, 0}, {-0.3, 0}},
      {0, 2, 3}},
-    {"what lies behind but near the key is dropped", {{0, 0}, {0.3, 0}, {0.5, 0}, {-0.05, 0}, {-0.05, -0.02}}, {0, 4}},
-    {"a step of tol_max exactly ends the key's reach", {{0, 0}, {0.5, 0}, {1, 0}, {1.5, 0}}, {0, 1, 2, 3}},
-    {"an offset of tol_min exactly is kept", {{0, 0}, {0.25, 0}, {0.5, 0.1}, {0.75, 0.1}}, {0, 1, 3}},
+    {"points behind but near the kept point are dropped",
+     {{0, 0}, {0.3, 0}, {0.5, 0}, {-0.05, 0}, {-0.05, -0.02}},
+     {0, 4}},
+    {"a step of exactly tol_max ends the reach of the kept point", {{0, 0}, {0.5, 0}, {1, 0}, {1.5, 0}}, {0, 1, 2, 3}},
+    {"an offset of exactly tol_min is kept", {{0, 0}, {0.25, 0}, {0.5, 0.1}, {0.75, 0.1}}, {0, 1, 3}},
     {"three points", {{0, 0}, {0.25, 0.25}, {0.5, 0}}, {0, 1, 2}},
     {"two points are copied", {{0, 0}, {0.01, 0}}, {0, 1}},
     {"one point is copied", {{1, 2}}, {0}},
@@ -132,8 +134,8 @@ TEST(Opheim, it_agrees_with_vectors_worked_by_hand) {
     simplify_opheim(buffer_of(w.points), 0.1, 1.0, keys);
     ASSERT_EQ(keys.size(), w.keys.size()) << w.name;
     for (std::size_t i = 0; i < keys.size(); ++i) {
-      EXPECT_EQ(keys[i].x, w.points[w.keys[i]].x) << w.name << ", key " << i;
-      EXPECT_EQ(keys[i].y, w.points[w.keys[i]].y) << w.name << ", key " << i;
+      EXPECT_EQ(keys[i].x, w.points[w.keys[i]].x) << w.name << ", kept point " << i;
+      EXPECT_EQ(keys[i].y, w.points[w.keys[i]].y) << w.name << ", kept point " << i;
     }
   }
 }
@@ -147,7 +149,7 @@ TEST(Opheim, a_zero_tolerance_is_a_copy) {
   EXPECT_EQ(keys.size(), 4U);
 }
 
-TEST(Opheim, keys_are_points_in_order_with_both_ends) {
+TEST(Opheim, kept_points_are_in_order_and_include_both_ends) {
   const auto seed = scene::seed_or(1);
   scene::RandomInputs random(seed);
   for (int run = 0; run < scene::count_or(1000); ++run) {
@@ -201,14 +203,14 @@ TEST(Path, its_yaw_is_the_direction_of_travel) {
   }
 }
 
-TEST(Path, more_points_than_there_is_room_for_are_dropped_not_written) {
+TEST(Path, points_beyond_the_capacity_are_dropped) {
   Spline spline(max_line_points);
   Buffer<TrajectoryPoint> path(max_path_points);
   sample_path(buffer_of({{0, 0}, {100, 0}, {200, 1}}), 0.1, 0.5, spline, path);
   EXPECT_EQ(path.size(), max_path_points);
 }
 
-TEST(Path, fewer_than_two_different_points_make_none) {
+TEST(Path, fewer_than_two_different_points_give_no_path) {
   Spline spline(max_line_points);
   Buffer<TrajectoryPoint> path(max_path_points);
   sample_path(buffer_of({}), 0.1, 0.5, spline, path);
@@ -227,7 +229,7 @@ TEST(Path, the_nearest_point_is_the_nearest_of_all) {
 
 // The join to the car ---------------------------------------------------------------------------------
 
-TEST(Smoothing, between_walls_no_point_loses_more_room_than_the_margin_leaves) {
+TEST(Smoothing, between_walls_no_point_comes_closer_than_the_margin) {
   Buffer<CenterlinePoint> line(max_line_points);
   for (int i = 0; i <= 20; ++i) line.push({0.15 * i, 0.0, 1.4, Support::both, {}, {}});
   for (int i = 1; i <= 20; ++i) line.push({3.0, 0.15 * i, 1.4, Support::both, {}, {}});
@@ -242,7 +244,7 @@ TEST(Smoothing, between_walls_no_point_loses_more_room_than_the_margin_leaves) {
   for (std::size_t i = 0; i < points.size(); ++i)
     furthest = std::max(furthest, std::hypot(points[i].x - line[i].x, points[i].y - line[i].y));
   EXPECT_LE(furthest, room + 1e-12);
-  EXPECT_GT(furthest, 0.9 * room);  // it does cut the corner, as far as it may
+  EXPECT_GT(furthest, 0.9 * room);  // it cuts the corner as far as allowed
 }
 
 Buffer<Point2> straight_line(double y, double yaw) {
@@ -251,7 +253,7 @@ Buffer<Point2> straight_line(double y, double yaw) {
   return points;
 }
 
-TEST(Join, a_line_that_the_car_is_on_stays_as_it_is) {
+TEST(Join, a_line_that_the_car_is_on_stays_unchanged) {
   Buffer<Point2> points = straight_line(0.0, 0.0);
   join_car(1.5, 0.78, points);
   for (const Point2& p : points) EXPECT_NEAR(p.y, 0.0, 1e-12);
@@ -277,7 +279,7 @@ TEST(Join, the_path_leaves_base_link_along_the_cars_heading) {
   }
 }
 
-TEST(Join, after_the_distance_it_is_the_line_again) {
+TEST(Join, after_the_join_distance_it_is_the_line_again) {
   for (const double distance : {1.0, 1.5, 4.0}) {
     Buffer<Point2> points = straight_line(0.4, 0.0);
     join_car(distance, 0.78, points);
@@ -296,7 +298,7 @@ TEST(Join, no_distance_changes_nothing) {
   for (std::size_t i = 0; i < points.size(); ++i) EXPECT_EQ(points[i].y, before[i].y);
 }
 
-TEST(Join, it_comes_to_the_line_without_a_jump) {
+TEST(Join, it_joins_the_line_without_a_jump) {
   Buffer<Point2> points = straight_line(0.4, 0.0);
   join_car(2.0, points);
   for (std::size_t i = 1; i < points.size(); ++i) EXPECT_LT(std::abs(points[i].y - points[i - 1].y), 0.07) << i;

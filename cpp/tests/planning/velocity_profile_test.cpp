@@ -42,7 +42,7 @@ VelocityProfileParams random_params(scene::RandomInputs& random) {
   return p;
 }
 
-VelocityProfileParams free_params() {  // only one limit at a time is to act
+VelocityProfileParams free_params() {  // only one limit at a time is active
   VelocityProfileParams p;
   p.v_min = 0.3;
   p.v_max = 20.0;
@@ -50,7 +50,7 @@ VelocityProfileParams free_params() {  // only one limit at a time is to act
   return p;
 }
 
-// The check of each run gets how to repeat it; the first that fails ends them.
+// Each run's check gets the text to reproduce it; the first failure ends the runs.
 template <class Check>
 void in_random_runs(std::uint64_t standard_seed, Check check) {
   const auto seed = scene::seed_or(standard_seed);
@@ -95,7 +95,7 @@ TEST(VelocityProfile, it_never_exceeds_v_max_beyond_the_car) {
   for (std::size_t i = 3; i < path.size(); ++i) EXPECT_LE(path[i].velocity, p.v_max);
 }
 
-TEST(VelocityProfile, v_min_outranks_the_grip_limit_in_a_tight_bend) {
+TEST(VelocityProfile, v_min_outranks_the_grip_limit_in_a_tight_corner) {
   VelocityProfileParams p;
   auto path = path_of(120, 5.0);
   plan_velocity(2.0, 0, p, path);
@@ -112,7 +112,7 @@ TEST(VelocityProfile, a_higher_v_max_never_lowers_a_velocity) {
     plan_velocity(speed, from, p, low);
     p.v_max += random.uniform(0.0, 5.0);
     plan_velocity(speed, from, p, high);
-    // With the friction ellipse a faster car may have less grip left to accelerate: see method.md, rho.
+    // With the friction ellipse a faster car may have less grip left to accelerate, see method.md, rho.
     if (p.friction_ellipse) return;
     for (std::size_t i = 0; i < low.size(); ++i) ASSERT_GE(high[i].velocity, low[i].velocity - 1e-12) << repeat;
   });
@@ -124,7 +124,7 @@ TEST(VelocityProfile, acceleration_and_braking_stay_within_their_limits_where_v_
     const VelocityProfileParams p = random_params(random);
     const auto from = static_cast<std::size_t>(random.integer(0, static_cast<int>(path.size()) / 2));
     plan_velocity(random.uniform(0.0, p.v_max), from, p, path);
-    // Where the car is faster than the plan at its own place, the step to the next point is no promise.
+    // If the car is faster than the plan at its own position, the limits do not apply to the step to the next point.
     for (std::size_t i = from + 2; i < path.size(); ++i) {
       const double v0 = path[i - 1].velocity;
       const double v1 = path[i].velocity;
@@ -168,7 +168,7 @@ TEST(VelocityProfile, with_the_friction_ellipse_no_point_is_faster_than_without)
   });
 }
 
-TEST(VelocityProfile, the_friction_ellipse_leaves_the_root_of_one_minus_the_square_of_what_cornering_takes) {
+TEST(VelocityProfile, the_friction_ellipse_leaves_the_root_of_one_minus_the_squared_share_of_cornering) {
   VelocityProfileParams p = free_params();
   p.friction_ellipse = true;
   constexpr double speed = 1.5;
@@ -180,7 +180,7 @@ TEST(VelocityProfile, the_friction_ellipse_leaves_the_root_of_one_minus_the_squa
   EXPECT_NEAR(path[1].velocity, std::sqrt(speed * speed + 2.0 * 0.1 * a), 1e-9);
 }
 
-TEST(VelocityProfile, at_the_end_of_what_is_seen_it_can_always_be_at_the_horizon_speed) {
+TEST(VelocityProfile, at_the_end_of_the_visible_track_it_can_always_be_at_the_horizon_speed) {
   in_random_runs(5, [](scene::RandomInputs& random, const std::string& repeat) {
     auto path = random_path(random);
     const VelocityProfileParams p = random_params(random);
@@ -204,7 +204,7 @@ TEST(VelocityProfile, before_the_end_it_never_falls_below_v_min) {
   });
 }
 
-TEST(VelocityProfile, a_stop_stands_outside_the_clamp_to_v_min) {
+TEST(VelocityProfile, a_stop_is_exempt_from_v_min) {
   const VelocityProfileParams p;
   auto path = path_of(80, 0.0);
   plan_velocity(3.0, 0, p, path);
@@ -218,7 +218,7 @@ TEST(VelocityProfile, a_stop_stands_outside_the_clamp_to_v_min) {
   }
 }
 
-TEST(VelocityProfile, an_empty_path_and_a_start_beyond_its_end_do_no_harm) {
+TEST(VelocityProfile, an_empty_path_and_a_start_beyond_its_end_are_handled) {
   Buffer<TrajectoryPoint> path(8);
   plan_velocity(3.0, 0, {}, path);
   path = path_of(4, 0.0);
@@ -236,7 +236,7 @@ TEST(CommandSpeed, it_changes_by_at_most_the_two_deltas) {
   EXPECT_DOUBLE_EQ(command_speed(path, 0, 3.0, p), 3.0 + p.delta_v_min);
 }
 
-TEST(CommandSpeed, it_is_the_planned_one_at_the_preview_point) {
+TEST(CommandSpeed, it_is_the_planned_speed_at_the_preview_point) {
   VelocityProfileParams p;
   p.preview_time = 0.25;
   p.delta_v_max = 10.0;

@@ -9,7 +9,7 @@
 namespace firstlap::sim {
 namespace {
 
-// Distance of a map point to the car's rectangle, by itself.
+// Independent distance of a map point to the car's rectangle.
 double point_to_car(const CarGeometry& car, const Pose2& pose, Point2 p) {
   const double dx = p.x - pose.x, dy = p.y - pose.y;
   const double x = std::cos(pose.yaw) * dx + std::sin(pose.yaw) * dy;

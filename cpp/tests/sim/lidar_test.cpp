@@ -19,7 +19,7 @@ double expected_range(const LidarParams& params, const Walls& walls, const Pose2
 
 bool agree(double a, double b) { return a == b || std::abs(a - b) <= 1e-6; }
 
-// Beams that miss the reference: the end-point ambiguity allows the reference on either side of the beam.
+// Beams that miss the reference: at end points, the reference on either side of the beam is accepted.
 int count_disagreements(const LidarParams& params, const Walls& walls, const Pose2& pose) {
   Lidar lidar(params, walls);
   std::vector<float> ranges(static_cast<std::size_t>(params.beams));
@@ -41,7 +41,7 @@ std::vector<WallSegment> random_segments(Rng& rng, int count, double size, doubl
   for (int i = 0; i < count; ++i) {
     const double x = size * (rng.uniform() - 0.5), y = size * (rng.uniform() - 0.5);
     segments.push_back({x, y, x + longest * (rng.uniform() - 0.5), y + longest * (rng.uniform() - 0.5)});
-    if (i % 3 != 0) {  // a polyline of two
+    if (i % 3 != 0) {  // a polyline of two segments
       const WallSegment& last = segments.back();
       segments.push_back({last.x2, last.y2, last.x2 + rng.uniform() - 0.5, last.y2 + rng.uniform() - 0.5});
     }
@@ -121,7 +121,7 @@ TEST(Lidar, SectorsFromOnePoseMakeTheWholeScan) {
   EXPECT_EQ(whole, parts);
 }
 
-TEST(Lidar, NoiseHasTheMeanAndSigmaAndDropoutRateAsked) {
+TEST(Lidar, NoiseHasTheGivenSigmaAndDropoutRate) {
   const Walls walls;
   const LidarParams params{.noise_sigma = 0.02, .dropout_rate = 0.01};
   const Lidar lidar(params, walls);
@@ -171,8 +171,8 @@ TEST(Lidar, LosesEveryBeamAtDropoutRateOne) {
   for (const float r : ranges) ASSERT_EQ(r, inf);
 }
 
-// Every way to mount and read a LiDAR sees the same walls, each beam in its own direction.
-TEST(Lidar, EqualsBruteForceHoweverItIsMountedAndWhereverItBegins) {
+// Any mounting and reading direction sees the same walls, each beam in its own direction.
+TEST(Lidar, EqualsBruteForceForAnyMountingAndFirstBeam) {
   Rng rng(14);
   const double pi = std::numbers::pi;
   for (const double fov : {4.7, 2.0 * pi * 719.0 / 720.0, 2.0 * pi}) {
@@ -206,7 +206,7 @@ TEST(Lidar, SectorsMakeTheWholeScanInEitherDirection) {
   EXPECT_EQ(whole, parts);
 }
 
-TEST(Lidar, TurnsItsMountingIntoTheHeaderThatADriverGets) {
+TEST(Lidar, IncludesItsMountingInTheHeader) {
   const double pi = std::numbers::pi;
   const LidarParams params{
       .beams = 360, .fov = 2.0 * pi * 359.0 / 360.0, .center_angle = pi, .yaw = 0.5, .upside_down = true};
@@ -237,7 +237,7 @@ TEST(Lidar, VariesItsBeamCountOverTheSameAngle) {
 TEST(Lidar, ASweepLastsAtMostOneScanPeriod) {
   const Track track = wavy_track();
   EXPECT_NO_THROW(Lidar({.rate = 10.0, .sweep_time = 0.1}, track.walls));
-  EXPECT_NO_THROW(Lidar({.rate = 7.0, .sweep_time = 0.142857}, track.walls)) << "as people round it";
+  EXPECT_NO_THROW(Lidar({.rate = 7.0, .sweep_time = 0.142857}, track.walls)) << "a rounded period";
   try {
     const Lidar lidar({.rate = 40.0, .sweep_time = 0.05}, track.walls);
     FAIL();
@@ -247,7 +247,7 @@ TEST(Lidar, ASweepLastsAtMostOneScanPeriod) {
   }
 }
 
-TEST(Lidar, SaysNoReturnAsItsDriverDoes) {
+TEST(Lidar, ReportsNoReturnAsItsRosDriverDoes) {
   const Walls walls;
   const auto reported = [&](NoReturn how) {
     const LidarParams params{.no_return = static_cast<int>(how), .noise_sigma = 0.01, .dropout_rate = 0.0};

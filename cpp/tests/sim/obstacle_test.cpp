@@ -25,7 +25,7 @@ Track straight() {
 
 double ahead(const Race& race) { return static_cast<double>(race.scan().ranges[race.scan().ranges.size() / 2]); }
 
-TEST(Obstacle, AppearsWhenTheCarIsAsNearAsTold) {
+TEST(Obstacle, AppearsAtTheGivenDistance) {
   const Track track = straight();
   const Car car = quiet(default_car());
   FixedDriver driver({2.0, 0.0});
@@ -46,7 +46,7 @@ TEST(Obstacle, AppearsWhenTheCarIsAsNearAsTold) {
   EXPECT_NEAR(race.result().obstacle->speed, 2.0, 0.01);
 }
 
-TEST(Obstacle, IsHitByADriverWhoDoesNotLookAndOnlyWhereItStands) {
+TEST(Obstacle, IsHitByABlindDriverOnlyWhereItIs) {
   const Track track = straight();
   const Car car = quiet(default_car());
   FixedDriver driver({3.0, 0.0});
@@ -62,7 +62,7 @@ TEST(Obstacle, IsHitByADriverWhoDoesNotLookAndOnlyWhereItStands) {
   EXPECT_NEAR(missed.obstacle->clearance, 0.02, 1e-3);
 }
 
-TEST(Obstacle, WithoutSightThereIsNone) {
+TEST(Obstacle, WithoutASightDistanceThereIsNone) {
   const Track track = straight();
   FixedDriver driver({3.0, 0.0});
   const RaceResult result = run(track, quiet(default_car()), driver, {.obstacle_at = 12.0});
@@ -71,7 +71,7 @@ TEST(Obstacle, WithoutSightThereIsNone) {
   EXPECT_FALSE(result.contact->obstacle);
 }
 
-TEST(Obstacle, ComesOnALaterLapWhenItsWayIsLonger) {
+TEST(Obstacle, AppearsOnALaterLapIfItIsFartherThanOneLap) {
   const Track track = annulus(5.0, 1.0);
   const double lap = 2.0 * std::numbers::pi * 5.0;
   FixedDriver driver({0.7, std::atan(0.33 / 5.0)});
@@ -83,7 +83,7 @@ TEST(Obstacle, ComesOnALaterLapWhenItsWayIsLonger) {
 }
 
 // The box and the track in one set of walls give the same scan, bit for bit.
-TEST(Obstacle, IsSeenAsIfItWereAWall) {
+TEST(Obstacle, IsScannedLikeAWall) {
   const Track track = wavy_track();
   const LidarParams params;
   const Progress progress(track.centerline);
@@ -111,8 +111,8 @@ TEST(Obstacle, ACarInsideALargeBoxTouchesIt) {
   EXPECT_GT(box.clearance(car, {4.0, 2.0, 0.0}), 0.5);
 }
 
-// On the line that the car drives, seen from two stopping distances: passed or stopped for, never touched.
-TEST(Obstacle, IsPassedOrStoppedForByTheRacer) {
+// On the line of the car, visible from two stopping distances: the car passes or stops, without contact.
+TEST(Obstacle, TheRacerPassesItOrStops) {
   const Track track = wavy_track(400, 0.95, 0.15);
   Racer racer{Params{}};
   int passed = 0, seen = 0;
@@ -136,7 +136,7 @@ TEST(Obstacle, IsPassedOrStoppedForByTheRacer) {
   EXPECT_GE(passed, seen / 2);
 }
 
-TEST(Obstacle, ABoxThatFillsTheRoadIsStoppedFor) {
+TEST(Obstacle, TheRacerStopsForABoxAcrossTheTrack) {
   const Track track = wavy_track(400, 0.95, 0.15);
   Racer racer{Params{}};
   for (int i = 0; i < 6; ++i) {
@@ -149,7 +149,7 @@ TEST(Obstacle, ABoxThatFillsTheRoadIsStoppedFor) {
   }
 }
 
-TEST(Obstacle, ABoxThatNeverComesChangesNothing) {
+TEST(Obstacle, ABoxThatNeverAppearsChangesNothing) {
   const Track track = wavy_track(400, 1.2, 0.1);
   testing::CenterDriver driver(3.0);
   const RaceResult a = run(track, default_car(), driver, {.laps = 1});
@@ -158,7 +158,7 @@ TEST(Obstacle, ABoxThatNeverComesChangesNothing) {
   EXPECT_EQ(a.laps.at(0).min_clearance, b.laps.at(0).min_clearance);
 }
 
-TEST(LostBlocks, LoseTheShareOfBeamsThatWasAskedForInBlocks) {
+TEST(LostBlocks, LoseTheGivenShareOfBeamsInBlocks) {
   LidarParams params;
   params.noise_sigma = params.dropout_rate = 0.0;
   params.dropout_block_beams = 40;

@@ -46,8 +46,8 @@ TEST(Progress, CountsLapsForwardAndBack) {
   EXPECT_NEAR(progress.traveled(), -4.9, 0.11);
 }
 
-// A hairpin whose two legs are 1 m apart: a car 0.6 m off the first leg is nearer to the second.
-TEST(Progress, NeverJumpsToANeighbouringPart) {
+// A hairpin with legs 1 m apart: a car 0.6 m off the first leg is closer to the second.
+TEST(Progress, NeverJumpsToANeighboringPart) {
   std::vector<Point2> hairpin;
   for (int i = 0; i <= 100; ++i) hairpin.push_back({0.2 * i, 0.0});
   for (int i = 100; i >= 0; --i) hairpin.push_back({0.2 * i, 1.0});
@@ -58,7 +58,7 @@ TEST(Progress, NeverJumpsToANeighbouringPart) {
   EXPECT_NEAR(progress.lateral_offset(), 0.6, 1e-9);
 }
 
-TEST(Progress, DropsDoubledPointsAndRejectsTooFew) {
+TEST(Progress, DropsDuplicatePointsAndRejectsTooFew) {
   const std::vector<Point2> doubled{{0, 0}, {0, 0}, {4, 0}, {4, 4}, {4, 4}, {0, 4}, {0, 0}};
   EXPECT_DOUBLE_EQ(Progress(doubled).length(), 16.0);
   const std::vector<Point2> two{{0, 0}, {1, 0}, {0, 0}};

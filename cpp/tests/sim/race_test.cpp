@@ -15,7 +15,7 @@ using testing::FixedDriver;
 using testing::quiet;
 using testing::wavy_track;
 
-// Everything but the wall clock.
+// All results but the computing times.
 void expect_identical(const RaceResult& a, const RaceResult& b) {
   EXPECT_EQ(a.outcome, b.outcome);
   EXPECT_EQ(a.time, b.time);
@@ -29,7 +29,7 @@ void expect_identical(const RaceResult& a, const RaceResult& b) {
   }
 }
 
-TEST(Race, ADriverInTheMiddleFinishesItsLaps) {
+TEST(Race, ACenterFollowingDriverFinishesItsLaps) {
   const Track track = wavy_track(400, 1.2, 0.1);
   CenterDriver driver(3.0);
   const RaceResult result = run(track, default_car(), driver, {.laps = 2});
@@ -55,7 +55,7 @@ TEST(Race, TheSameSeedGivesTheSameRaceAndAnotherSeedAnother) {
   EXPECT_NE(a.time, c.time);
 }
 
-// On a circle at constant steering the rear axle keeps R = L / tan(delta): a flying lap takes 2 pi R / v.
+// On a circle with constant steering the rear axle keeps R = L / tan(delta): a flying lap takes 2 pi R / v.
 TEST(Race, LapTimeOnACircleIsExactAndNotAMultipleOfTheStep) {
   Car car = quiet(default_car());
   const double radius = 5.0, steering = std::atan(car.geometry.wheelbase / radius);
@@ -94,7 +94,7 @@ TEST(Race, AWallEndsTheRaceWhereTheCarTouchesIt) {
   EXPECT_TRUE(result.laps.empty());
 }
 
-TEST(Race, StandingStillIsStuck) {
+TEST(Race, ACarThatDoesNotMoveIsStuck) {
   const Track track = annulus(5.0, 1.0);
   FixedDriver driver({0.0, 0.0});
   const RaceResult result = run(track, quiet(default_car()), driver);
@@ -102,7 +102,7 @@ TEST(Race, StandingStillIsStuck) {
   EXPECT_NEAR(result.time, 3.0, 0.03);
 }
 
-TEST(Race, CrawlingIsATimeout) {
+TEST(Race, ACarThatCrawlsTimesOut) {
   const Track track = annulus(5.0, 1.0);
   FixedDriver driver({0.2, std::atan(0.33 / 5.0)});
   const RaceResult result = run(track, quiet(default_car()), driver);
@@ -140,7 +140,7 @@ TEST(Race, AStartBeyondAWallIsRefused) {
     EXPECT_NO_THROW(Race(track, default_car(), driver, {.start_offset = offset})) << offset;
 }
 
-TEST(Race, AStandingCarScansAsTheLidarDoes) {
+TEST(Race, AStationaryCarScansAsTheLidarDoes) {
   const Track track = wavy_track();
   FixedDriver driver({0.0, 0.0});
   const Car car = quiet(default_car());
@@ -153,8 +153,7 @@ TEST(Race, AStandingCarScansAsTheLidarDoes) {
   for (std::size_t i = 0; i < 1081; ++i) ASSERT_EQ(race.scan().ranges[i], expected[i]) << i;
 }
 
-// Straight ahead along a corridor with a wall far ahead and one behind: each beam sees the wall from where the
-// car was when it was measured.
+// Straight ahead along a corridor with a wall at each end: each beam is measured from where the car was at its time.
 TEST(Race, BeamsOfAMovingCarAreMeasuredAlongTheSweep) {
   Track track{Walls({{-50, -3, 50, -3}, {50, -3, 50, 3}, {50, 3, -50, 3}, {-50, 3, -50, -3}}),
               {{0, 0}, {10, 0}, {20, 0}, {20, 1}, {-20, 1}, {-20, 0}}};
@@ -167,7 +166,7 @@ TEST(Race, BeamsOfAMovingCarAreMeasuredAlongTheSweep) {
   for (int i = 0; i < 80; ++i) ASSERT_TRUE(race.advance());
   const double speed = race.state().speed, nose = race.pose().x + car.geometry.laser_x;
   EXPECT_GT(speed, 3.9);
-  const double middle = 50.0 - static_cast<double>(race.scan().ranges[1]);  // where the laser was half a sweep ago
+  const double middle = 50.0 - static_cast<double>(race.scan().ranges[1]);  // position of the LiDAR half a sweep ago
   EXPECT_NEAR(middle, nose - 0.5 * car.lidar.sweep_time * speed, 0.0013 * speed);
   EXPECT_NEAR(race.scan().time_increment, 0.01875 / 2, 1e-12);
 }
@@ -184,7 +183,7 @@ TEST(Race, ComputeLatencyDelaysTheCommand) {
   EXPECT_EQ(speed_after(0.1), 0.0);
 }
 
-// Steers by the count of its steps, so that every command is another one; computes for as long as it is asked to.
+// Steers by its step count, so that every command is different; computes for the given time.
 class SlowDriver : public Driver {
  public:
   explicit SlowDriver(double seconds = 0.0) : seconds_(seconds) {}
@@ -202,7 +201,7 @@ class SlowDriver : public Driver {
   double seconds_;
 };
 
-TEST(Race, ADriverWithinItsPeriodSeesEveryScanAndOneThatIsLaterSkipsSome) {
+TEST(Race, AFastDriverGetsEveryScanAndASlowOneSkipsSome) {
   const Track track = annulus(5.0, 1.0);
   const auto drive = [&](double latency, SlowDriver& driver) {
     Race race(track, quiet(default_car()), driver, {.compute_latency = latency});
@@ -212,31 +211,31 @@ TEST(Race, ADriverWithinItsPeriodSeesEveryScanAndOneThatIsLaterSkipsSome) {
   SlowDriver quick, late, later;
   EXPECT_EQ(drive(0.024, quick).skipped_scans, 0);
   EXPECT_EQ(quick.pauses.size(), 41U);
-  // 60 ms over each scan: it begins with the newest scan as soon as it is free, at 25, 85, 145 ms, ...
+  // 60 ms per scan: it starts with the newest scan as soon as it is free, at 25, 85, 145 ms, ...
   const RaceResult result = drive(0.06, late);
   EXPECT_NEAR(static_cast<double>(late.pauses.size()), 1.0 + 1.0 / 0.06, 1.01);
   EXPECT_EQ(late.pauses.size() + static_cast<std::size_t>(result.skipped_scans) + 1, 41U) << "one still waits";
   EXPECT_EQ(result.compute_times.size(), late.pauses.size());
-  EXPECT_NEAR(late.pauses[1], 0.05, 1e-9) << "dt is that between the scans it saw";
+  EXPECT_NEAR(late.pauses[1], 0.05, 1e-9) << "dt is the interval between the scans it got";
   drive(0.25, later);
   EXPECT_LE(later.pauses.size(), 5U);
 }
 
-TEST(Race, ALateDriverGoesOffWhereTheSameOneInTimeStaysOnTheTrack) {
+TEST(Race, ADriverThatStaysOnTheTrackLeavesItWithLatency) {
   const Track track = wavy_track(400, 1.2, 0.1);
   CenterDriver driver(3.0);
   EXPECT_EQ(run(track, default_car(), driver, {.laps = 1}).outcome, Outcome::finished);
   EXPECT_EQ(run(track, default_car(), driver, {.laps = 1, .compute_latency = 0.3}).outcome, Outcome::contact);
 }
 
-TEST(Race, AFixedLatencyIsRepeatable) {
+TEST(Race, AFixedLatencyIsReproducible) {
   const Track track = wavy_track(400, 1.2, 0.1);
   CenterDriver driver(2.0);
   const RaceOptions options{.laps = 1, .seed = 5, .compute_latency = 0.033};
   expect_identical(run(track, default_car(), driver, options), run(track, default_car(), driver, options));
 }
 
-TEST(Race, AMeasuredLatencyIsTheTimeThatTheDriverReallyTook) {
+TEST(Race, AMeasuredLatencyIsTheComputeTimeOfTheDriver) {
   const Track track = annulus(5.0, 1.0);
   SlowDriver slow(0.03), quick;
   Race race(track, quiet(default_car()), slow, {.measure_latency = true});

@@ -16,13 +16,13 @@ TEST(Sensors, WithoutErrorsMeasureTheTruth) {
   EXPECT_EQ(state.steering_angle, 0.4);
 }
 
-TEST(Sensors, LatencyGivesTheStateOfThen) {
+TEST(Sensors, LatencyGivesAnEarlierState) {
   Sensors sensors({.speed_noise = 0, .yaw_rate_noise = 0, .steering_noise = 0, .latency = 0.02}, 1);
   for (int i = 0; i < 2000; ++i) sensors.record(0.0025 * i, {0.0025 * i, 0.0, 0.0});
   EXPECT_NEAR(sensors.measure(0.0025 * 1999).speed, 0.0025 * 1999 - 0.02, 1e-9);
 }
 
-TEST(Sensors, HaveTheScaleBiasAndNoiseAsked) {
+TEST(Sensors, HaveTheGivenScaleBiasAndNoise) {
   const SensorParams params{.speed_noise = 0.1, .speed_scale_error = 0.05, .yaw_rate_noise = 0.2, .yaw_rate_bias = 0.3};
   Sensors sensors(params, 9);
   sensors.record(0.0, {4.0, 1.0, 0.1});
@@ -39,7 +39,7 @@ TEST(Sensors, HaveTheScaleBiasAndNoiseAsked) {
   EXPECT_NEAR(yaw_rate / n, 1.3, 4e-3);
 }
 
-TEST(Sensors, GiveOdometryAsNodesGetItWrong) {
+TEST(Sensors, SimulateTheFaultsOfOdometryNodes) {
   const auto measured = [](OdometryFault fault) {
     Sensors sensors(
         {.speed_noise = 0, .yaw_rate_noise = 0, .steering_noise = 0, .odometry_fault = static_cast<int>(fault)}, 1);

@@ -56,9 +56,9 @@ TEST(Vehicle, ConformsToTheCommonRoadSingleTrackVector) {
   for (std::size_t i = 0; i < f.size(); ++i) EXPECT_NEAR(f[i], expected[i], 1e-12) << i;
 }
 
-// What its electronics know agrees with the command; what it does at the ground does not.
-TEST(Vehicle, DrivesByTheConstantsThatItHas) {
-  // f1tenth_gym's servo turns at full speed or not at all, and stays this far from where it is told to go [rad].
+// The state of its electronics agrees with the command; the true motion does not.
+TEST(Vehicle, WrongConstantsChangeOnlyTheTrueMotion) {
+  // f1tenth_gym's servo turns at full rate or not at all, and stays within this error [rad].
   constexpr double gym_servo = 2e-3;
   for (const auto& [preset, servo] : {std::pair{default_car(), 0.0}, {gym_car(), gym_servo}}) {
     Car car = preset;
@@ -74,7 +74,7 @@ TEST(Vehicle, DrivesByTheConstantsThatItHas) {
   }
 }
 
-TEST(Car, ItsLaserIsWhereItIsMountedWithTheErrorsOfThat) {
+TEST(Car, TheLidarPoseIncludesItsMountingErrors) {
   Car car;
   const Pose2 base{1.0, 2.0, std::numbers::pi / 2.0};
   Pose2 laser = laser_pose(car, base);
@@ -108,7 +108,7 @@ TEST(Vehicle, GymSteersTwoControlStepsLate) {
   EXPECT_NEAR(vehicle.state().steering_angle, 3.2 * dt, 1e-12);
 }
 
-// delta = L / R + a_y / (g mu) (1 / BCD_f - 1 / BCD_r) while the tires are in their linear part.
+// delta = L / R + a_y / (g mu) (1 / BCD_f - 1 / BCD_r) while the tires are in their linear range.
 void expect_steady_cornering(const Car& car, double speed, double steering) {
   const Vehicle vehicle = driven(car, {speed, steering}, 8.0);
   const double yaw_rate = vehicle.state().yaw_rate, v = vehicle.state().speed, a_y = vehicle.lateral_acceleration();
@@ -119,7 +119,7 @@ void expect_steady_cornering(const Car& car, double speed, double steering) {
   EXPECT_NEAR(a_y, v * yaw_rate, 1e-3);
 }
 
-TEST(Vehicle, CornersSteadilyAsTheClosedFormSays) {
+TEST(Vehicle, SteadyStateCorneringMatchesTheClosedForm) {
   expect_steady_cornering(default_car(), 2.0, 0.05);
   expect_steady_cornering(default_car(), 3.0, 0.03);
   expect_steady_cornering(nuc2_car(), 2.0, 0.05);
@@ -132,7 +132,7 @@ TEST(Vehicle, IsKinematicWhenSlow) {
   EXPECT_NEAR(vehicle.lateral_speed(), 0.0, 1e-6);
 }
 
-TEST(Vehicle, RearAxleDrawsTheKinematicCircle) {
+TEST(Vehicle, RearAxleFollowsTheKinematicCircle) {
   const Car car = default_car();
   Vehicle vehicle = driven(car, {0.5, 0.3}, 5.0);
   const double radius = car.geometry.wheelbase / std::tan(0.3);
@@ -163,7 +163,7 @@ TEST(Vehicle, NeverAcceleratesBeyondItsFriction) {
   }
 }
 
-TEST(Vehicle, BrakesAtItsLimitWhenTheGroundHoldsIt) {
+TEST(Vehicle, BrakesAtItsLimitWithEnoughGrip) {
   Car car = default_car();
   car.vehicle.brake_max = 4.0;
   car.vehicle.speed_gain = 100.0;
@@ -175,7 +175,7 @@ TEST(Vehicle, BrakesAtItsLimitWhenTheGroundHoldsIt) {
   EXPECT_NEAR(vehicle.state().speed, 0.0, 1e-6);
 }
 
-TEST(Vehicle, BrakesNoBetterThanTheGroundAllows) {
+TEST(Vehicle, BrakingIsLimitedByGrip) {
   Car car = default_car();
   car.vehicle.brake_max = 50.0;
   car.vehicle.friction = 0.3;

@@ -33,7 +33,7 @@ TEST(Walls, FindsExactlyTheSegmentsWithinARadius) {
       if (distance(center, walls.segments()[i]) <= radius) expected.insert(i);
     }
     ASSERT_EQ(std::set(found.begin(), found.end()), expected);
-    ASSERT_EQ(found.size(), expected.size()) << "a segment came twice";
+    ASSERT_EQ(found.size(), expected.size()) << "a segment was reported twice";
   }
 }
 
@@ -56,14 +56,14 @@ TEST(Walls, CountsMoreThanFitInTheBuffer) {
   EXPECT_EQ(walls.near({0.5, 1.0}, 5.0, found), 3U);
 }
 
-TEST(Walls, EmptyHasNothingNear) {
+TEST(Walls, AreEmptyWithoutSegments) {
   const Walls walls;
   EXPECT_EQ(walls.near({0, 0}, 1e6, {}), 0U);
   EXPECT_TRUE(std::isinf(walls.nearest_distance({0, 0})));
   EXPECT_TRUE(std::isinf(walls.raycast_brute_force({}, 0.3)));
 }
 
-TEST(Walls, HugeExtentStaysSmallInMemory) {
+TEST(Walls, NeedLittleMemoryForAHugeExtent) {
   const Walls walls({{-1e7, 0, 1e7, 3}, {0, -1e7, 3, 1e7}}, 0.5);
   EXPECT_NEAR(walls.nearest_distance({10.0, 100.0}), 10.0, 3.1);
 }

@@ -51,13 +51,13 @@ TEST_P(OneCar, MovesAsInARace) {
     ASSERT_EQ(race.measured().speed, world.measured(0).speed);
   }
   ASSERT_EQ(world.laps(0).size(), 1U);
-  // The race's clock runs from the lights, the world's from the first command.
+  // The race's clock starts with the race, the world's laps with the first command.
   EXPECT_NEAR(race.result().laps[0].time - world.laps(0)[0].time, world.period(), 1e-9);
   EXPECT_EQ(world.contacts(0), 0);
 }
 
 // A box of walls is the reference for a car's body.
-TEST(World, ABodyIsSeenAsABoxOfWallsWouldBe) {
+TEST(World, ABodyIsScannedLikeABoxOfWalls) {
   const CarGeometry geometry;
   const Pose2 laser{0.3, -0.2, 0.4};
   LidarParams params;
@@ -111,7 +111,7 @@ TEST(World, ACarWithoutCommandsIsStoppedAfterTheTimeout) {
   EXPECT_NEAR(world.state(0).speed, 0.0, 0.01);
 }
 
-TEST(World, AResetPutsTheCarBackAndAContactEndsWithIt) {
+TEST(World, AResetReturnsTheCarToItsStartAndClearsAContact) {
   const Track track = annulus(10.0, 1.5);
   World world(track, quiet(default_car()), {}, 1);
   const Pose2 start = world.pose(0);
@@ -149,7 +149,7 @@ TEST(World, AKickPushesTheCarAside) {
   EXPECT_GT(std::abs(world.lateral_offset(0) - before), 0.02);
 }
 
-// In a curve that the dry car takes, the wet one slides to the wall; until then it goes on where it was.
+// In a curve that the car takes on dry ground, on wet ground it slides to the wall; until then its motion continues.
 TEST(World, FrictionChangesUnderTheMovingCar) {
   const Track track = annulus(3.0, 1.2);
   const auto lap_of = [&](double mu_scale) {
@@ -171,7 +171,7 @@ TEST(World, FrictionChangesUnderTheMovingCar) {
   EXPECT_EQ(lap_of(0.3), 1);
 }
 
-TEST(World, ChangedSensorsAndLidarAreThoseOfTheNextScan) {
+TEST(World, ChangedSensorsAndLidarApplyToTheNextScan) {
   const Track track = annulus(10.0, 1.5);
   World world(track, quiet(default_car()), {}, 1);
   world.advance();
@@ -187,7 +187,7 @@ TEST(World, ChangedSensorsAndLidarAreThoseOfTheNextScan) {
   EXPECT_NEAR(std::sqrt(squares / static_cast<double>(before.size())), 0.1, 0.01);
 }
 
-TEST(World, WhatCannotChangeWhileDrivingIsRefusedAndChangesNothing) {
+TEST(World, AForbiddenChangeWhileDrivingIsRefusedAndChangesNothing) {
   const Track track = annulus(10.0, 1.5);
   World world(track, quiet(default_car()), {}, 1);
   const auto refused = [&](auto&& alter, double mu_scale) {
@@ -206,7 +206,7 @@ TEST(World, WhatCannotChangeWhileDrivingIsRefusedAndChangesNothing) {
   refused([](Car&) {}, 100.0);
 }
 
-TEST(World, ACarFitsWhereNoWallAndNoOtherCarIs) {
+TEST(World, ACarFitsWhereThereIsNoWallAndNoOtherCar) {
   const Track track = annulus(10.0, 1.5);
   const World world(track, default_car(), {.cars = 2, .gap = 3.0}, 1);
   const Pose2 first = world.pose(0), second = world.pose(1);
@@ -218,7 +218,7 @@ TEST(World, ACarFitsWhereNoWallAndNoOtherCarIs) {
 
 TEST(World, CarsThatDoNotFitAreRefused) {
   const Track track = annulus(3.0, 0.6);
-  const double seventh = 2.0 * 3.14159265 * 3.0 / 7.0;  // the eighth car stands where the first one does
+  const double seventh = 2.0 * 3.14159265 * 3.0 / 7.0;  // the eighth car starts where the first one is
   EXPECT_THROW(World(track, default_car(), {.cars = 8, .gap = seventh}, 1), std::invalid_argument);
 }
 

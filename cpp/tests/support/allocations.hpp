@@ -1,4 +1,4 @@
-// What allocation_test.cpp counts: calls of operator new on this thread while `counting`.
+// Counts calls of operator new on this thread while `counting` (see allocation_test.cpp).
 #pragma once
 
 namespace firstlap::scene {

@@ -23,7 +23,7 @@ inline sim::LidarParams quiet_lidar() {
   return params;
 }
 
-// Scans of a standing car.
+// Scans of a stationary car.
 class Camera {
  public:
   explicit Camera(const sim::Walls& walls, const sim::LidarParams& params = quiet_lidar(), std::uint64_t seed = 1)
@@ -52,7 +52,7 @@ inline sim::Walls walls_of(const std::vector<Point2>& corners) {
   return sim::Walls(std::move(segments));
 }
 
-// A room with no two walls alike.
+// A room with four different walls.
 inline sim::Walls odd_room() {
   return walls_of({{-3, -2}, {4, -2.5}, {5, 1}, {2, 1.5}, {2.5, 4}, {-1, 3.5}, {-1.5, 2}, {-4, 2.2}});
 }
@@ -62,7 +62,7 @@ inline std::vector<mapping::CloudPoint> cloud_of(mapping::CloudMaker& maker, con
   return {maker.cloud().begin(), maker.cloud().end()};
 }
 
-// The visible walls of a track on a raster, its lower left corner at `origin`.
+// The visible walls of a track on a grid with its lower left corner at `origin`.
 inline localization::LikelihoodField field_of_track(const sim::Track& track, double resolution = 0.05) {
   std::vector<mapping::CloudPoint> points;
   for (const sim::WallSegment& s : track.walls.segments()) {
@@ -76,7 +76,7 @@ inline localization::LikelihoodField field_of_track(const sim::Track& track, dou
   return localization::field_of(points, resolution);
 }
 
-// Along the centerline at a steady speed.
+// Along the centerline at constant speed.
 class Drive {
  public:
   Drive(const sim::Track& track, double speed, std::uint64_t seed = 1)

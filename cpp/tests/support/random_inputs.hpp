@@ -1,4 +1,4 @@
-// Random scans and states, sane and absurd. FIRSTLAP_SEED and FIRSTLAP_COUNT override seed and count.
+// Random scans and states, plausible and implausible. FIRSTLAP_SEED and FIRSTLAP_COUNT override seed and count.
 #pragma once
 
 #include <cmath>
@@ -21,7 +21,7 @@ inline int count_or(int standard) {
   return text != nullptr ? std::atoi(text) : standard;
 }
 inline std::string how_to_repeat(std::uint64_t seed, int index) {
-  return "repeat with FIRSTLAP_SEED=" + std::to_string(seed) + " FIRSTLAP_COUNT=" + std::to_string(index + 1);
+  return "reproduce with FIRSTLAP_SEED=" + std::to_string(seed) + " FIRSTLAP_COUNT=" + std::to_string(index + 1);
 }
 
 class RandomInputs {
@@ -32,7 +32,7 @@ class RandomInputs {
   int integer(int low, int high) { return std::uniform_int_distribution<int>(low, high)(generator_); }
   bool chance(double p) { return uniform(0.0, 1.0) < p; }
 
-  // A number as a broken driver might send it.
+  // A number as a faulty driver might send it.
   double absurd() {
     constexpr double inf = std::numeric_limits<double>::infinity();
     constexpr double values[] = {
@@ -41,7 +41,7 @@ class RandomInputs {
     return values[static_cast<std::size_t>(integer(0, 12))];
   }
 
-  // Walls of a random corridor, noisy or not, beams lost or turned into nonsense, header sane or not.
+  // Walls of a random corridor, with or without noise, with beams lost or corrupted, and a valid or invalid header.
   Scan scan() {
     Scan scan;
     const int kinds[] = {0, 1, 2, 3, 5, 17, 100, 271, 541, 1081, 2048, 2049, 10000};

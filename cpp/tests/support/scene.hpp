@@ -1,5 +1,5 @@
-// Synthetic tracks: straight pieces of wall whose side is known, the medial line between them, and a
-// brute-force ray caster. Deliberately shares no code with the simulator or the method.
+// Synthetic tracks: straight pieces of wall with known sides, the medial line between them, and a brute-force ray
+// caster. Deliberately shares no code with the simulator or the method.
 #pragma once
 
 #include <algorithm>
@@ -15,7 +15,7 @@ namespace firstlap::scene {
 
 inline constexpr double pi = std::numbers::pi;
 inline constexpr int right = -1;
-inline constexpr int neither = 0;  // seen, but no wall of the track
+inline constexpr int neither = 0;  // visible, but no wall of the track
 inline constexpr int left = 1;
 
 inline Point2 to_world(const Pose2& car, double x, double y) {
@@ -63,7 +63,7 @@ class Scene {
     return add(side, {{x, y}, {x + length, y}, {x + length, y + width}, {x, y + width}, {x, y}});
   }
 
-  // Of the walls of one side; infinite where there are none.
+  // Distance to the walls of one side; infinite if there are none.
   [[nodiscard]] double distance(int side, Point2 p) const {
     double best = std::numeric_limits<double>::infinity();
     for (const Wall& wall : walls)
@@ -71,7 +71,7 @@ class Scene {
     return best;
   }
 
-  // `car` is base_link, the laser sits `laser_x` ahead of it. Nothing hit: infinite.
+  // `car` is base_link, the LiDAR is `laser_x` ahead of it. Infinite without a hit.
   [[nodiscard]] Scan scan(const Pose2& car, double laser_x = CarGeometry{}.laser_x) const {
     Scan scan;
     const Point2 laser = to_world(car, laser_x, 0.0);
@@ -102,8 +102,7 @@ class Scene {
   }
 };
 
-// The medial line of a track, made of straights and arcs (angle > 0 turns left). It starts at the
-// origin toward +x.
+// The medial line of a track, composed of straights and arcs (angle > 0 turns left). It starts at the origin toward +x.
 class Course {
  public:
   Course() { poses_.push_back({0.0, 0.0, 0.0}); }
@@ -130,7 +129,7 @@ class Course {
   }
 
   [[nodiscard]] double length() const { return s_.back(); }
-  // Base_link on the medial line, looking along it.
+  // base_link on the medial line, with its heading.
   [[nodiscard]] Pose2 at(double s, double offset = 0.0) const {
     std::size_t i = 1;
     while (i + 1 < s_.size() && s_[i] < s) ++i;
@@ -140,7 +139,7 @@ class Course {
     const double yaw = a.yaw + t * (b.yaw - a.yaw);
     return {a.x + t * (b.x - a.x) - offset * std::sin(yaw), a.y + t * (b.y - a.y) + offset * std::cos(yaw), yaw};
   }
-  // The line at `offset` to the left, from s0 to s1.
+  // The curve offset by `offset` to the left, from s0 to s1.
   [[nodiscard]] std::vector<Point2> parallel(double offset, double s0, double s1) const {
     std::vector<Point2> line;
     const auto push_at = [&](double s) {
@@ -159,7 +158,7 @@ class Course {
     scene.add(scene::right, parallel(-0.5 * width, 0.0, length()));
     return scene;
   }
-  // Walls of separate pipes with joints between them; those of the left side are shifted by half a pipe.
+  // Walls of separate pipes with joints between them; those on the left are shifted by half a pipe.
   [[nodiscard]] Scene pipes(double width, double pipe, double joint) const {
     Scene scene;
     for (double s = 0.0; s < length(); s += pipe + joint) {
@@ -186,10 +185,10 @@ class Course {
   std::vector<double> s_{0.0};
 };
 
-// Judging a trace. ------------------------------------------------------------------------------------
+// Evaluation of traces. ---------------------------------------------------------------------------------
 
-// Samples seen in this scan, none further than 1 m behind the rear axle, that lie nearer to a wall of the
-// other side, or to no wall of the track, than to one of their own.
+// Number of samples in this scan, at most 1 m behind the rear axle, that are closer to a wall of the other side, or to
+// one that is no wall of the track, than to one of their own side.
 struct Labels {
   int right_ones = 0;
   int wrong_ones = 0;
@@ -226,7 +225,7 @@ inline double line_error(const Trace& trace, const Course& course, const Pose2& 
   return worst;
 }
 
-// What happened while a car went along a course.
+// Statistics of a drive along a course.
 struct Tour {
   int steps = 0;
   int not_ok = 0;           // steps whose status was not ok
@@ -253,7 +252,7 @@ inline void judge(const Racer& racer, const StepResult& result, const Scene& sce
   tour.labels += labels.wrong_ones + labels.right_ones;
 }
 
-// Carries the car along the medial line at a constant speed. `spoil(scan, k)` may change scan k.
+// Moves the car along the medial line at constant speed. `spoil(scan, k)` may change scan k.
 template <class Spoil>
 Tour carry(Racer& racer, const Scene& scene, const Course& course, double from, double to, double speed, Spoil spoil) {
   constexpr double dt = 0.025;
@@ -273,8 +272,8 @@ inline Tour carry(Racer& racer, const Scene& scene, const Course& course, double
   return carry(racer, scene, course, from, to, speed, [](Scan&, int) {});
 }
 
-// Lets the car drive itself as a kinematic bicycle that obeys at once; ends after `steps`, or where it
-// has left the walls by more than 3 m.
+// Lets the car drive as a kinematic bicycle without delays. Ends after `steps`, or when the car is more than 3 m off
+// the medial line.
 inline Tour drive(Racer& racer, const Scene& scene, const Course& course, double from, double to, double speed) {
   constexpr double dt = 0.025;
   const double wheelbase = racer.params().car.wheelbase;

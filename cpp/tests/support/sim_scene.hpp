@@ -12,7 +12,7 @@
 
 namespace firstlap::sim::testing {
 
-// A wavy closed track, counter-clockwise, about 94 m long; `points` on each of its two walls.
+// A wavy closed track, counterclockwise, about 94 m long; `points` on each of its two walls.
 inline Track wavy_track(int points = 400, double half_width = 0.9, double waviness = 0.25) {
   std::vector<Point2> center, left, right;
   const double turn = 2.0 * std::numbers::pi;
@@ -37,8 +37,8 @@ inline Track wavy_track(int points = 400, double half_width = 0.9, double wavine
   return {Walls(std::move(segments)), std::move(center)};
 }
 
-// Two concentric circles as polygons, driven counter-clockwise; the centerline has `radius` [m] and ten times
-// the points of a wall.
+// Two concentric circles as polygons, driven counterclockwise; the centerline has `radius` [m] and ten times the points
+// of a wall.
 inline Track annulus(double radius, double half_width, int points = 360) {
   std::vector<WallSegment> segments;
   std::vector<Point2> center;
@@ -56,7 +56,7 @@ inline Track annulus(double radius, double half_width, int points = 360) {
   return {Walls(std::move(segments)), std::move(center)};
 }
 
-// Steers to the side with more room, 60 degrees left and right of ahead.
+// Steers to the side with more clearance, measured 60 degrees left and right of straight ahead.
 class CenterDriver : public Driver {
  public:
   explicit CenterDriver(double speed, double gain = 0.5) : speed_(speed), gain_(gain) {}
@@ -86,7 +86,7 @@ class CenterDriver : public Driver {
   double speed_, gain_;
 };
 
-// Always the same command.
+// Always gives the same command.
 class FixedDriver : public Driver {
  public:
   explicit FixedDriver(DriveCommand command) : command_(command) {}
@@ -97,7 +97,7 @@ class FixedDriver : public Driver {
   DriveCommand command_;
 };
 
-// No noise, no dropouts, no delays in sensing.
+// No noise, no lost beams, no latency.
 inline Car quiet(Car car) {
   car.sensors = {.speed_noise = 0.0, .yaw_rate_noise = 0.0, .steering_noise = 0.0};
   car.lidar.noise_sigma = car.lidar.dropout_rate = car.lidar.dropout_block_rate = 0.0;
