@@ -31,7 +31,7 @@ using mapping::MapParams;
 nb::tuple make_cloud(mapping::CloudMaker& maker, const BoundScan& bound, const VehicleState& state, double period) {
   const LaserScan& scan = bound.scan();
   if (!maker.make(scan, state, period)) {
-    throw std::invalid_argument(explain_fault(scan, {}, judge(scan)));
+    throw std::invalid_argument(describe_fault(scan, {}, check_scan(scan)));
   }
   std::vector<double> cloud, points;
   for (const CloudPoint& p : maker.cloud()) cloud.insert(cloud.end(), {p.x, p.y, p.nx, p.ny});

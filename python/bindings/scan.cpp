@@ -17,13 +17,13 @@ namespace {
 nb::tuple judge_scan(const BoundScan& bound, double period, double angle_max) {
   const LaserScan& scan = bound.scan();
   const ScanContext context{period, angle_max};
-  const ScanJudgement judgement = judge(scan, context);
+  const ScanCheck check = check_scan(scan, context);
   nb::list remarks;
-  if (judgement.usable()) {
-    for (const std::string& remark : {explain_time(scan, context, judgement), explain_returns(judgement)})
+  if (check.usable()) {
+    for (const std::string& remark : {describe_time(scan, context, check), describe_returns(check)})
       if (!remark.empty()) remarks.append(remark);
   }
-  return nb::make_tuple(to_string(judgement.fault), explain_fault(scan, context, judgement), remarks);
+  return nb::make_tuple(to_string(check.fault), describe_fault(scan, context, check), remarks);
 }
 
 Numpy<bool, 1> returns(const BoundScan& bound) {

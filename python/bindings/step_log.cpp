@@ -17,7 +17,7 @@ constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 double width_seen(const Centerline& line) {
   std::vector<double> widths;
   for (const CenterlinePoint& p : line.points)
-    if (p.support == Support::both) widths.push_back(p.width);
+    if (p.support == WallSupport::both) widths.push_back(p.width);
   if (widths.empty()) return unknown;
   const auto middle = widths.begin() + static_cast<std::ptrdiff_t>(widths.size() / 2);
   std::nth_element(widths.begin(), middle, widths.end());

@@ -65,7 +65,7 @@ struct LoggedWall {
 
 struct LoggedLine {
   double x = 0.0, y = 0.0, width = 0.0;
-  Support support = Support::none;
+  WallSupport support = WallSupport::none;
 
   static constexpr auto columns() {
     using C = LoggedLine;

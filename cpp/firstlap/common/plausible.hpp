@@ -7,7 +7,7 @@
 
 namespace firstlap {
 
-inline constexpr double longest_pause = 0.5;  // [s] between scans; after a longer pause, earlier scans are discarded
+inline constexpr double max_pause = 0.5;  // [s] between scans; after a longer pause, earlier scans are discarded
 
 // Whether the state is finite and possible for a car of this size. `dt` [s] is the time since the previous scan.
 inline bool plausible(const VehicleState& state, double dt) noexcept {

@@ -9,9 +9,9 @@ namespace firstlap {
 namespace {
 
 // Lower bounds of divisors.
-constexpr double least_speed = 0.1;  // [m/s]
-constexpr double least_gain = 0.05;
-constexpr double least_step = 1e-9;  // [m]
+constexpr double min_speed = 0.1;  // [m/s]
+constexpr double min_gain = 0.05;
+constexpr double min_step = 1e-9;  // [m]
 
 // Mean |curvature| [1/m] over the next `length` [m].
 double mean_curvature(const Buffer<TrajectoryPoint>& path, std::size_t from, double length) noexcept {
@@ -30,7 +30,7 @@ TrajectoryPoint point_at(const Buffer<TrajectoryPoint>& path, std::size_t from, 
   if (i + 1 >= path.size()) return path.back();
   const TrajectoryPoint& a = path[i];
   const TrajectoryPoint& b = path[i + 1];
-  const double t = std::clamp((s - a.s) / std::max(b.s - a.s, least_step), 0.0, 1.0);
+  const double t = std::clamp((s - a.s) / std::max(b.s - a.s, min_step), 0.0, 1.0);
   return {s,
           a.x + t * (b.x - a.x),
           a.y + t * (b.y - a.y),
@@ -50,8 +50,8 @@ SteeringTerms track_path(const Buffer<TrajectoryPoint>& path, std::size_t from, 
   terms.lookahead = params.l_max / (1.0 + mean_curvature(path, from, params.l_max) / params.kappa_n);
   if (params.schedule_omega > 0.0) {
     // Keep the crossover of the heading loop at schedule_omega, with the lookahead for which a steady curve is neutral.
-    terms.k_ang = std::min(params.k_ang, params.schedule_omega * car.wheelbase / std::max(v, least_speed));
-    terms.lookahead = std::clamp(car.wheelbase * (1.0 / std::max(terms.k_ang, least_gain) - 1.0), 0.0, params.l_max);
+    terms.k_ang = std::min(params.k_ang, params.schedule_omega * car.wheelbase / std::max(v, min_speed));
+    terms.lookahead = std::clamp(car.wheelbase * (1.0 / std::max(terms.k_ang, min_gain) - 1.0), 0.0, params.l_max);
   }
   point = point_at(path, from, path[from].s + terms.lookahead);
 

@@ -9,11 +9,11 @@ namespace firstlap {
 namespace {
 
 // Numerics of the simulated stop.
-constexpr double step = 0.025;          // [s]
-constexpr std::size_t most_steps = 80;  // 2 s: if braking takes longer, the horizon is too close anyway
-constexpr double standing = 0.05;       // [m/s] below this the car has stopped
-constexpr double touching = 0.002;      // [m] by which a clearance below stop_clearance may still shrink
-constexpr double tiny = 1e-3;           // [m^2], [m^2/s^2] lower bound of divisors
+constexpr double step = 0.025;         // [s]
+constexpr std::size_t max_steps = 80;  // 2 s: if braking takes longer, the horizon is too close anyway
+constexpr double standing = 0.05;      // [m/s] below this the car has stopped
+constexpr double touching = 0.002;     // [m] by which a clearance below stop_clearance may still shrink
+constexpr double tiny = 1e-3;          // [m^2], [m^2/s^2] lower bound of divisors
 
 // The body as discs on its longitudinal axis that cover the rectangle.
 class Body {
@@ -48,21 +48,21 @@ class Body {
 // State of the car during the stop, in base_link at the scan.
 struct Rollout {
   Pose2 pose{};
-  double speed = 0.0;     // [m/s]
-  double steering = 0.0;  // [rad]
-  double bend = 0.0;      // [1/m] curvature
-  double driven = 0.0;    // [m]
+  double speed = 0.0;      // [m/s]
+  double steering = 0.0;   // [rad]
+  double curvature = 0.0;  // [1/m]
+  double driven = 0.0;     // [m]
 
   void advance(double wanted, bool brakes, const StopLimits& limits) noexcept;
 
   // Maximum displacement of any point of the body per meter driven.
-  [[nodiscard]] double swing(const CarGeometry& car) const noexcept { return 1.0 + std::abs(bend) * car.length; }
+  [[nodiscard]] double swing(const CarGeometry& car) const noexcept { return 1.0 + std::abs(curvature) * car.length; }
 };
 
 // [m/s^2] Deceleration of full braking. Cornering takes part of the grip, and the speed loop releases the brake before
 // standstill.
-double braking(double speed, double bend, const StopLimits& limits) noexcept {
-  const double used = speed * speed * bend / (limits.check.grip_share * limits.profile.a_y_max);
+double braking(double speed, double curvature, const StopLimits& limits) noexcept {
+  const double used = speed * speed * curvature / (limits.check.grip_share * limits.profile.a_y_max);
   const double grip = std::sqrt(std::max(limits.check.grip_left, 1.0 - used * used));
   const double release = limits.car.speed_gain * limits.check.response_share;
   return std::min(std::min(limits.a_brake, limits.car.brake_max) * grip, release * speed);
@@ -72,14 +72,14 @@ void Rollout::advance(double wanted, bool brakes, const StopLimits& limits) noex
   const double servo = limits.car.servo_time_constant / limits.check.response_share;
   const double most = limits.car.steering_rate * step;
   steering += std::clamp((wanted - steering) * step / std::max(servo, step), -most, most);
-  bend = std::tan(steering) / limits.car.wheelbase;
-  const double way = speed * step;
-  const double yaw = way * bend;
-  pose.x += way * std::cos(pose.yaw + 0.5 * yaw);
-  pose.y += way * std::sin(pose.yaw + 0.5 * yaw);
+  curvature = std::tan(steering) / limits.car.wheelbase;
+  const double distance = speed * step;
+  const double yaw = distance * curvature;
+  pose.x += distance * std::cos(pose.yaw + 0.5 * yaw);
+  pose.y += distance * std::sin(pose.yaw + 0.5 * yaw);
   pose.yaw += yaw;
-  driven += way;
-  if (brakes) speed -= braking(speed, bend, limits) * step;
+  driven += distance;
+  if (brakes) speed -= braking(speed, curvature, limits) * step;
 }
 
 // Steering during the stop.
@@ -95,13 +95,13 @@ class Guide {
   double wanted(double time, const Rollout& car) noexcept {
     if (!brakes(time)) return time < limits_.car.steering_delay ? car.steering : stop_.command;
     if (stop_.how == StopSteering::straight) return 0.0;
-    const bool guided = stop_.how == StopSteering::to_path && at_ + 1 < scene_.path.size();
-    return guided ? to_path(car) : car.steering;
+    const bool guided = stop_.how == StopSteering::track_path && at_ + 1 < scene_.path.size();
+    return guided ? pursue(car) : car.steering;
   }
 
  private:
   // Steering angle [rad] of pure pursuit of the path ahead, limited by the grip.
-  double to_path(const Rollout& car) noexcept {
+  double pursue(const Rollout& car) noexcept {
     const Buffer<TrajectoryPoint>& path = scene_.path;
     const Pose2& pose = car.pose;
     const double reach = limits_.car.wheelbase + limits_.check.aim_distance + limits_.check.aim_time * car.speed;
@@ -109,8 +109,8 @@ class Guide {
     const double dx = path[at_].x - pose.x;
     const double dy = path[at_].y - pose.y;
     const double across = std::cos(pose.yaw) * dy - std::sin(pose.yaw) * dx;
-    const double bend = 2.0 * across / std::max(dx * dx + dy * dy, tiny);
-    return within_grip(std::atan(limits_.car.wheelbase * bend), car.speed, limits_);
+    const double curvature = 2.0 * across / std::max(dx * dx + dy * dy, tiny);
+    return within_grip(std::atan(limits_.car.wheelbase * curvature), car.speed, limits_);
   }
 
   const StopScene& scene_;
@@ -122,8 +122,8 @@ class Guide {
 }  // namespace
 
 double within_grip(double angle, double speed, const StopLimits& limits) noexcept {
-  const double bend = limits.check.brake_bend_share * limits.profile.a_y_max / std::max(speed * speed, tiny);
-  const double limit = std::min(limits.car.steering_limit, std::atan(limits.car.wheelbase * bend));
+  const double curvature = limits.check.brake_bend_share * limits.profile.a_y_max / std::max(speed * speed, tiny);
+  const double limit = std::min(limits.car.steering_limit, std::atan(limits.car.wheelbase * curvature));
   return std::clamp(angle, -limit, limit);
 }
 
@@ -136,7 +136,7 @@ StoppingCheck check_stopping(const StopScene& scene, const Stop& stop, const Sto
   const double needed = std::min(limits.profile.stop_clearance, clearance - touching);
   double checked = 0.0;  // [m] driven up to the last clearance test
   bool braked = false;
-  for (std::size_t k = 0; k < most_steps && car.speed > standing; ++k) {
+  for (std::size_t k = 0; k < max_steps && car.speed > standing; ++k) {
     const double time = static_cast<double>(k) * step;
     const bool brakes = guide.brakes(time);
     const double wanted = guide.wanted(time, car);
@@ -164,9 +164,9 @@ StopDecision decide_stop(const StopScene& scene, double wanted, double dt, bool 
   const auto check = [&](StopSteering how, double delay) {
     return check_stopping(scene, {wanted, delay, how}, reserved);
   };
-  if (check(StopSteering::to_path, dt + reaction).clear) return {false, wanted};
-  StoppingCheck best = check(StopSteering::to_path, reaction);
-  for (const StopSteering how : {StopSteering::kept, StopSteering::straight}) {
+  if (check(StopSteering::track_path, dt + reaction).clear) return {false, wanted};
+  StoppingCheck best = check(StopSteering::track_path, reaction);
+  for (const StopSteering how : {StopSteering::hold, StopSteering::straight}) {
     if (best.clear) break;
     const StoppingCheck other = check(how, reaction);
     if (other.clear || other.distance > best.distance) best = other;

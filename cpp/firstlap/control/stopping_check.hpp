@@ -41,13 +41,13 @@ struct StopLimits {
 };
 
 // Steering during a stop.
-enum class StopSteering { to_path, kept, straight };
+enum class StopSteering { track_path, hold, straight };
 
 // A stop: the steering angle follows `command` [rad] until braking starts after `delay` [s].
 struct Stop {
   double command = 0.0;
   double delay = 0.0;
-  StopSteering how = StopSteering::to_path;
+  StopSteering how = StopSteering::track_path;
 };
 
 StoppingCheck check_stopping(const StopScene& scene, const Stop& stop, const StopLimits& limits) noexcept;

@@ -26,7 +26,7 @@ WallEstimate estimate_wall(double side, double ahead, const CenterParams& params
 
 StepResult CenterPid::step(const LaserScan& scan, const VehicleState& state, double dt) noexcept {
   if (!plausible(state, dt)) return stop(0.0, Status::bad_state);
-  if (dt > longest_pause) reset();
+  if (dt > max_pause) reset();
   memory_.period.learn(dt);
   if (!sweep_.read(scan, state, memory_.period, params_.scan, params_.car)) return stop(dt, Status::bad_scan);
   measure(state.speed);
@@ -35,8 +35,8 @@ StepResult CenterPid::step(const LaserScan& scan, const VehicleState& state, dou
   const double wanted = within_grip(control(dt), state.speed, {.a_y_steer = p.a_y_steer}, car);
   memory_.steering = smooth_steering(wanted, memory_.steering, dt, p.steering_time, car);
 
-  const Beside room = room_beside(sweep_.points(), car);
-  const double margin = std::min(params_.center.arc_margin, 0.8 * std::min(room.left, room.right));
+  const LateralClearance beside = lateral_clearance(sweep_.points(), car);
+  const double margin = std::min(params_.center.arc_margin, 0.8 * std::min(beside.left, beside.right));
   const double curvature = curvature_of(memory_.steering, car);
   trace_.free = free_along_arc(sweep_.points(), curvature, margin, params_.scan.range_use, car);
   memory_.speed = plan_speed(trace_.free, curvature, {state.speed, memory_.speed, dt}, params_.speed);
@@ -68,11 +68,11 @@ double CenterPid::control(double dt) noexcept {
   constexpr double most = 0.2;       // [rad] limit of the integral term (anti-windup)
   constexpr double shortest = 1e-3;  // [s] minimum interval for a derivative
   const CenterParams& p = params_.center;
-  const double change = memory_.awake && dt > shortest ? (trace_.error - memory_.error) / dt : 0.0;
+  const double change = memory_.initialized && dt > shortest ? (trace_.error - memory_.error) / dt : 0.0;
   memory_.derivative += dt / (p.derivative_time + std::max(dt, shortest)) * (change - memory_.derivative);
   memory_.integral = std::clamp(memory_.integral + p.k_i * trace_.error * dt, -most, most);
   memory_.error = trace_.error;
-  memory_.awake = true;
+  memory_.initialized = true;
   trace_.integral = memory_.integral;
   trace_.derivative = memory_.derivative;
   trace_.p_term = p.k_p * trace_.error;

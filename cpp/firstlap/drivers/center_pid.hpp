@@ -160,7 +160,7 @@ class CenterPid final : public Driver {
     double error = 0.0;         // [m]
     double integral = 0.0;      // [rad]
     double derivative = 0.0;    // [m/s]
-    bool awake = false;         // there is a previous error
+    bool initialized = false;   // there is a previous error
     ScanPeriod period{};
   };
 

@@ -15,18 +15,18 @@ DisparityExtender::DisparityExtender(const DisparityExtenderParams& params) : pa
 StepResult DisparityExtender::step(const LaserScan& scan, const VehicleState& state, double dt) noexcept {
   trace_.extended.clear();
   if (!plausible(state, dt)) return stop(0.0, Status::bad_state);
-  if (dt > longest_pause) reset();
+  if (dt > max_pause) reset();
   period_.learn(dt);
   if (!sweep_.read(scan, state, period_, params_.scan, params_.car)) return stop(dt, Status::bad_scan);
   extend_disparities();
   choose_block();
   const CarGeometry& car = params_.car;
   trace_.wanted = within_grip(params_.steering.steering_gain * trace_.aim, state.speed, params_.steering, car);
-  const double angle = turn_with_room(trace_.wanted);
+  const double angle = turn_with_clearance(trace_.wanted);
   steering_ = smooth_steering(angle, steering_, dt, params_.steering.steering_time, car);
 
-  const Beside room = room_beside(sweep_.points(), car);
-  const double margin = std::min(params_.disparity.emergency_margin, 0.8 * std::min(room.left, room.right));
+  const LateralClearance beside = lateral_clearance(sweep_.points(), car);
+  const double margin = std::min(params_.disparity.emergency_margin, 0.8 * std::min(beside.left, beside.right));
   const double ahead = free_along_arc(sweep_.points(), curvature_of(angle, car), margin, params_.scan.range_use, car);
   const bool blocked = ahead <= params_.speed.stop_distance;
   const double w = params_.disparity.straight_weight;
@@ -99,10 +99,10 @@ void DisparityExtender::choose_block() noexcept {
   trace_.straight_free = trace_.extended[sweep_.beam_at(0.0)];
 }
 
-double DisparityExtender::turn_with_room(double wanted) noexcept {
-  const Beside room = room_beside(sweep_.points(), params_.car);
-  trace_.held_left = room.left < params_.disparity.side_clearance && wanted > 0.0;
-  trace_.held_right = room.right < params_.disparity.side_clearance && wanted < 0.0;
+double DisparityExtender::turn_with_clearance(double wanted) noexcept {
+  const LateralClearance beside = lateral_clearance(sweep_.points(), params_.car);
+  trace_.held_left = beside.left < params_.disparity.side_clearance && wanted > 0.0;
+  trace_.held_right = beside.right < params_.disparity.side_clearance && wanted < 0.0;
   return trace_.held_left || trace_.held_right ? 0.0 : wanted;
 }
 

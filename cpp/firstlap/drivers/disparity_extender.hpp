@@ -119,7 +119,7 @@ class DisparityExtender final : public Driver {
   void extend_disparities() noexcept;
   void extend(std::size_t from, int direction) noexcept;
   void choose_block() noexcept;
-  double turn_with_room(double wanted) noexcept;
+  double turn_with_clearance(double wanted) noexcept;
   StepResult stop(double dt, Status why) noexcept;
 
   DisparityExtenderParams params_;

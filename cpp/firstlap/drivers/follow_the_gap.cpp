@@ -26,11 +26,11 @@ FollowTheGap::FollowTheGap(const FollowTheGapParams& params) : params_(params) {
 StepResult FollowTheGap::step(const LaserScan& scan, const VehicleState& state, double dt) noexcept {
   trace_.free.clear();
   if (!plausible(state, dt)) return stop(0.0, Status::bad_state);
-  if (dt > longest_pause) reset();
+  if (dt > max_pause) reset();
   period_.learn(dt);
   if (!sweep_.read(scan, state, period_, params_.scan, params_.car)) return stop(dt, Status::bad_scan);
-  widen();
-  blow_bubble();
+  inflate();
+  apply_bubble();
   if (!choose_run()) return stop(dt, Status::no_path);
   choose_aim();
   choose_arc(state);
@@ -42,7 +42,7 @@ StepResult FollowTheGap::step(const LaserScan& scan, const VehicleState& state, 
 }
 
 // Free distance of the car, as a disc, in each direction.
-void FollowTheGap::widen() noexcept {
+void FollowTheGap::inflate() noexcept {
   trace_.step = params_.gap.view_angle / directions_per_side;
   trace_.ranges.assign(sweep_.ranges().span());
   trace_.first_beam = sweep_.angle(0);
@@ -86,7 +86,7 @@ void FollowTheGap::cast_shadow(std::size_t beam, double radius) noexcept {
   }
 }
 
-void FollowTheGap::blow_bubble() noexcept {
+void FollowTheGap::apply_bubble() noexcept {
   const double view = params_.gap.view_angle;
   std::size_t nearest = sweep_.beam_at(0.0);
   for (std::size_t i = 0; i < sweep_.size(); ++i)
@@ -162,8 +162,8 @@ void FollowTheGap::choose_arc(const VehicleState& state) noexcept {
   const CarGeometry& car = params_.car;
   trace_.wanted = within_grip(params_.steering.steering_gain * trace_.aim, state.speed, params_.steering, car);
   const double enough = std::max(p.arc_distance, p.arc_time * state.speed);
-  const Beside room = room_beside(sweep_.points(), car);
-  const double margin = std::min(p.arc_margin, 0.8 * std::min(room.left, room.right));
+  const LateralClearance beside = lateral_clearance(sweep_.points(), car);
+  const double margin = std::min(p.arc_margin, 0.8 * std::min(beside.left, beside.right));
   const auto free = [&](double angle) {
     return free_along_arc(sweep_.points(), curvature_of(angle, car), margin, params_.scan.range_use, car);
   };

@@ -137,10 +137,10 @@ class FollowTheGap final : public Driver {
     return trace_.free[static_cast<std::size_t>(index)];
   }
   [[nodiscard]] double angle_of(int k) const noexcept { return trace_.step * k; }
-  void widen() noexcept;
+  void inflate() noexcept;
   [[nodiscard]] std::size_t nearest_of(int first, int last) const noexcept;
   void cast_shadow(std::size_t beam, double radius) noexcept;
-  void blow_bubble() noexcept;
+  void apply_bubble() noexcept;
   bool choose_run() noexcept;
   bool best_run(double threshold) noexcept;
   void choose_aim() noexcept;

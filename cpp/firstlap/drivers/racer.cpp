@@ -31,7 +31,7 @@ StepResult Racer::drive(const LaserScan& scan, const VehicleState& measured, dou
   Trace& step = work_.step;
   // 1. Reject implausible measurements. After a long pause, forget earlier scans.
   if (!plausible(measured, dt)) return drive_blind(dt);
-  if (!memory_.awake || dt > longest_pause) reset();
+  if (!memory_.initialized || dt > max_pause) reset();
 
   // 2. Estimation: correct the measured speed, and move the memory by odometry.
   step.speed_scale = learn_from_driving(measured, dt, params_.speed_scale, memory_);
@@ -46,7 +46,7 @@ StepResult Racer::drive(const LaserScan& scan, const VehicleState& measured, dou
 
     // 4. Planning: the sides and the centerline between them, then path and velocity profile.
     find_line(params_, memory_, work_);
-    if (step.candidates.count > 0) remember_seen(step.walls, memory_);
+    if (step.candidates.count > 0) remember_walls(step.walls, memory_);
     status = plan_path(state, params_, work_) ? Status::ok : Status::no_path;
   }
 
@@ -74,9 +74,9 @@ StepResult Racer::drive(const LaserScan& scan, const VehicleState& measured, dou
 
 // Without a plausible measurement, the memory moves with the previous one and the car stops.
 StepResult Racer::drive_blind(double dt) noexcept {
-  const bool timed = std::isfinite(dt) && dt >= 0.0 && dt <= longest_pause;
+  const bool timed = std::isfinite(dt) && dt >= 0.0 && dt <= max_pause;
   if (!timed) reset();
-  if (memory_.awake && timed) {
+  if (memory_.initialized && timed) {
     VehicleState state = memory_.measured;
     work_.step.speed_scale = learn_from_driving(state, dt, params_.speed_scale, memory_);
     state.speed *= work_.step.speed_scale;
@@ -87,11 +87,11 @@ StepResult Racer::drive_blind(double dt) noexcept {
 
 // The command within the car's limits, `dt` [s] after the previous one, corrected by the command scale.
 DriveCommand Racer::command(const DriveCommand& wanted, double dt) noexcept {
-  work_.step.command_scale = true_per_commanded(memory_.speed_scale, params_.speed_scale);
+  work_.step.command_scale = command_speed_scale(memory_.speed_scale, params_.speed_scale);
   const double speed = wanted.speed / work_.step.command_scale;
   memory_.command = {std::clamp(speed, 0.0, params_.velocity_profile.v_max),
                      limit_steering(wanted.steering_angle, memory_.command.steering_angle, dt, params_.car)};
-  memory_.awake = true;
+  memory_.initialized = true;
   return memory_.command;
 }
 

@@ -42,10 +42,10 @@ void move_trail(const Mover& mover, double dt, double longest, Buffer<TrailPoint
 }
 
 void extend_trail(double driven, double spacing, RacerMemory& memory) noexcept {
-  memory.trail_step += driven;
-  if (memory.trail_step <= spacing && !memory.trail.empty()) return;
+  memory.since_trail_point += driven;
+  if (memory.since_trail_point <= spacing && !memory.trail.empty()) return;
   memory.trail.push({0.0, 0.0, 0.0, 0.0});
-  memory.trail_step = 0.0;
+  memory.since_trail_point = 0.0;
 }
 
 }  // namespace
@@ -53,22 +53,22 @@ void extend_trail(double driven, double spacing, RacerMemory& memory) noexcept {
 double learn_from_driving(const VehicleState& measured, double dt, const SpeedScaleParams& params,
                           RacerMemory& memory) noexcept {
   learn_from_command(memory.command.speed, measured.speed, dt, params, memory.speed_scale);
-  return true_per_measured(memory.speed_scale, params);
+  return measured_speed_scale(memory.speed_scale, params);
 }
 
 void move_by_odometry(const VehicleState& state, double scale, double dt, const CenterlineParams& params,
                       RacerMemory& memory) noexcept {
-  const double yaw_rate = 0.5 * (state.yaw_rate + (memory.awake ? memory.measured.yaw_rate : state.yaw_rate));
-  const double speed = 0.5 * (state.speed + (memory.awake ? memory.speed : state.speed));
+  const double yaw_rate = 0.5 * (state.yaw_rate + (memory.initialized ? memory.measured.yaw_rate : state.yaw_rate));
+  const double speed = 0.5 * (state.speed + (memory.initialized ? memory.speed : state.speed));
   const double turn = yaw_rate * dt;
   const Pose2 motion{speed * dt * std::cos(0.5 * turn), speed * dt * std::sin(0.5 * turn), turn};
-  move_walls(motion, dt, memory.walls);
-  move_walls(motion, dt, memory.seen);
+  move_walls(motion, dt, memory.path_walls);
+  move_walls(motion, dt, memory.last_walls);
   const Mover mover(motion);
   for (TrajectoryPoint& p : memory.path) mover.move(p);
   move_trail(mover, dt, params.trail_time, memory.trail);
   extend_trail(std::abs(speed) * dt, params.trail_spacing, memory);
-  memory.without_path += dt;
+  memory.time_without_path += dt;
   memory.moved += speed * dt;
   memory.moved_measured += speed / scale * dt;
 }
@@ -76,7 +76,7 @@ void move_by_odometry(const VehicleState& state, double scale, double dt, const 
 void learn_from_scan(const Buffer<SectionSample>& samples, double dt, const SpeedScaleParams& params,
                      RacerMemory& memory) noexcept {
   if (params.scale_limit <= 0.0) return;
-  const MotionError error = forward_error(memory.seen, samples, memory.moved, params);
+  const MotionError error = forward_error(memory.last_walls, samples, memory.moved, params);
   learn_from_walls(error, memory.moved, memory.moved_measured, dt, params, memory.speed_scale);
 }
 
@@ -88,7 +88,7 @@ bool learn_width(const Centerline& line, const TrackWidthParams& params, Buffer<
   std::size_t wide = 0;
   for (const CenterlinePoint& c : line.points) {
     wide += c.wide ? 1 : 0;
-    if (c.support == Support::both && c.width >= params.width_min) widths.push(c.width);
+    if (c.support == WallSupport::both && c.width >= params.width_min) widths.push(c.width);
   }
   if (wide > widths.size()) widths.fill(wide, params.width_max);
   const double before = width_of(memory, params);
@@ -100,22 +100,22 @@ bool learn_width(const Centerline& line, const TrackWidthParams& params, Buffer<
 }
 
 void forget_direction(RacerMemory& memory) noexcept {
-  forget(memory.walls);
+  forget(memory.path_walls);
   memory.path.clear();
   memory.trail.clear();
 }
 
-void remember_seen(const LocalWalls& walls, RacerMemory& memory) noexcept {
-  memory.seen = walls;
+void remember_walls(const LocalWalls& walls, RacerMemory& memory) noexcept {
+  memory.last_walls = walls;
   memory.moved = memory.moved_measured = 0.0;
 }
 
 void remember_path(const Buffer<TrajectoryPoint>& path, const LocalWalls& walls, LineEnd end,
                    RacerMemory& memory) noexcept {
   memory.path = path;
-  memory.walls = walls;
+  memory.path_walls = walls;
   memory.line_end = end;
-  memory.without_path = 0.0;
+  memory.time_without_path = 0.0;
 }
 
 }  // namespace firstlap

@@ -22,22 +22,22 @@ inline constexpr std::size_t max_trail_points = 256;
 struct RacerMemory {
   RacerMemory() : path(max_path_points), trail(max_trail_points) {}
 
-  LocalWalls walls;                  // of the last planned path
-  LocalWalls seen;                   // of the last valid scan, with or without a path
+  LocalWalls path_walls;             // of the last planned path
+  LocalWalls last_walls;             // of the last valid scan, with or without a path
   Buffer<TrajectoryPoint> path;      // the last planned path
   LineEnd line_end = LineEnd::none;  // of the centerline of that path
-  double without_path = 0.0;         // [s] since it was planned
+  double time_without_path = 0.0;    // [s] since it was planned
   Buffer<TrailPoint> trail;          // past poses of the car
-  double trail_step = 0.0;           // [m] since the last trail point
+  double since_trail_point = 0.0;    // [m] since the last trail point
   std::optional<double> width{};     // [m] track width, once measured
-  double moved = 0.0;                // [m] assumed forward motion since `seen`
-  double moved_measured = 0.0;       // [m] measured forward motion since `seen`
+  double moved = 0.0;                // [m] assumed forward motion since `last_walls`
+  double moved_measured = 0.0;       // [m] measured forward motion since `last_walls`
   ScanPeriod period{};               // of the scans
   VehicleState measured{};           // state of the previous step
   double speed = 0.0;                // [m/s] corrected speed of the previous step
   SpeedScale speed_scale{};          // estimate of the speed scale error
   DriveCommand command{};            // of the previous step
-  bool awake = false;                // a scan has been processed
+  bool initialized = false;          // a scan has been processed
   bool braking = false;              // full braking, by decision of the stopping check
 };
 
@@ -68,7 +68,7 @@ bool learn_width(const Centerline& line, const TrackWidthParams& params, Buffer<
 void forget_direction(RacerMemory& memory) noexcept;
 
 // Remembers the walls of a valid scan, with or without a path: the stopping check uses them.
-void remember_seen(const LocalWalls& walls, RacerMemory& memory) noexcept;
+void remember_walls(const LocalWalls& walls, RacerMemory& memory) noexcept;
 
 // Remembers a planned path with its walls and the end of its centerline.
 void remember_path(const Buffer<TrajectoryPoint>& path, const LocalWalls& walls, LineEnd end,

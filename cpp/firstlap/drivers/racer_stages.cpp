@@ -15,8 +15,8 @@
 namespace firstlap {
 namespace {
 
-constexpr std::size_t fewest_points = 4;  // of a centerline or path: fewer have no curvature
-constexpr std::size_t fewest_ahead = 2;   // of these ahead of the front axle
+constexpr std::size_t min_line_points = 4;   // of a centerline or path: fewer have no curvature
+constexpr std::size_t min_points_ahead = 2;  // of these ahead of the front axle
 
 // Whether the centerline passes the car against its heading.
 bool leads_back(const Centerline& line, const CenterlineParams& params) noexcept {
@@ -35,22 +35,23 @@ double curvature_driven(const VehicleState& state, const Params& params) noexcep
 
 // Walls and centerline for one candidate split.
 void build_line(std::size_t split, const RacerMemory& memory, const Params& params, RacerWorkspace& work) noexcept {
-  const Trace& seen = work.step;
+  const Trace& step = work.step;
   const double width = width_of(memory, params.track_width);
-  split_into_sides(seen.sections, seen.samples, {split, width, params.centerline.spacing}, params.segmentation,
+  split_into_sides(step.sections, step.samples, {split, width, params.centerline.spacing}, params.segmentation,
                    work.walls);
-  carry_over_occluded(memory.walls, work.table, work.ranges, params.car, params.centerline.memory_time, work.walls);
+  carry_over_occluded(memory.path_walls, work.table, work.ranges, params.car, params.centerline.memory_time,
+                      work.walls);
   trace_centerline(work.walls, memory.trail, width, params.car, params.track_width, params.centerline, work.line);
 }
 
 // Value of a split relative to the best-ranked one, from its score and its centerline.
 double split_value(const SplitCandidate& candidate, const Centerline& line, const Params& params,
-                   const Trace& seen) noexcept {
+                   const Trace& step) noexcept {
   constexpr double tiny = 1e-3;  // for scores that may be 0
   const double penalty = line.end == LineEnd::turns_back ? params.centerline.turn_back_score : 1.0;
   return penalty * std::min(line.ahead, 2.0 * params.centerline.line_enough) * std::max(candidate.score, tiny) /
-         std::max(seen.candidates.items[0].score, tiny) * clearance_score(line, params.car, params.centerline) *
-         side_consistency(seen.sections, seen.samples, candidate.split, params.segmentation);
+         std::max(step.candidates.items[0].score, tiny) * clearance_score(line, params.car, params.centerline) *
+         side_consistency(step.sections, step.samples, candidate.split, params.segmentation);
 }
 
 // Chooses the split with the longest usable centerline. Further candidates are tried only if the value of the first is
@@ -73,14 +74,14 @@ void choose_split(const RacerMemory& memory, const Params& params, RacerWorkspac
 }
 
 void label_samples(const RacerMemory& memory, const Params& params, Buffer<SectionSample>& samples) noexcept {
-  label_from_history(memory.walls, memory.path, memory.trail, params.segmentation, samples);
+  label_from_history(memory.path_walls, memory.path, memory.trail, params.segmentation, samples);
 }
 
 // Finds the path point nearest to the front axle. Returns false if too little of the path is ahead.
 bool find_nearest(const Params& params, Trace& step) noexcept {
-  if (step.path.size() < fewest_points) return false;
+  if (step.path.size() < min_line_points) return false;
   step.nearest = nearest_on_path(step.path, params.car.wheelbase, 0.0);
-  return step.nearest + fewest_ahead < step.path.size();
+  return step.nearest + min_points_ahead < step.path.size();
 }
 
 // A stop before an obstacle on the path.
@@ -93,10 +94,10 @@ struct StopAhead {
 // walls of this scan, or of the last valid one, moved by odometry.
 StopAhead stop_for_obstacles(double speed, const RacerMemory& memory, const Params& params, Trace& step) noexcept {
   const VelocityProfileParams& p = params.velocity_profile;
-  const PathClearance found = clearance_along(step.path, step.nearest, memory.seen, params.car, p);
+  const PathClearance found = clearance_along(step.path, step.nearest, memory.last_walls, params.car, p);
   step.clearance = found.distance;
   double blocked_at = found.blocked_at;
-  if (memory.line_end == LineEnd::narrow) blocked_at = std::min(blocked_at, step.path.back().s);
+  if (memory.line_end == LineEnd::too_narrow) blocked_at = std::min(blocked_at, step.path.back().s);
   if (!std::isfinite(blocked_at)) return {};
   const double stop_at = blocked_at - nose(params.car) - p.block_distance;
   stop_before(stop_at, p, step.path);
@@ -111,10 +112,10 @@ StopAhead stop_for_obstacles(double speed, const RacerMemory& memory, const Para
 bool perceive(const LaserScan& scan, const VehicleState& state, const RacerMemory& memory, const Params& params,
               RacerWorkspace& work) noexcept {
   Trace& step = work.step;
-  if (!judge(scan).usable() || !work.table.prepare(scan)) return false;
+  if (!check_scan(scan).usable() || !work.table.prepare(scan)) return false;
   scan_to_points(with_usable_time(scan, memory.period.seconds()), work.table, state, params.scan, params.car,
                  step.points);
-  if (step.points.size() < scan_limits::fewest_returns) return false;
+  if (step.points.size() < scan_limits::min_returns) return false;
   segment(step.points, work.table.angle_step(), width_of(memory, params.track_width), params.segmentation,
           step.sections);
   sample_sections(step.points, step.sections, params.car, params.centerline.spacing, params.segmentation, step.samples);
@@ -137,7 +138,8 @@ void find_line(const Params& params, RacerMemory& memory, RacerWorkspace& work) 
 
 bool plan_path(const VehicleState& state, const Params& params, RacerWorkspace& work) noexcept {
   Trace& step = work.step;
-  if (step.line.points.size() < fewest_points || step.line.ahead < params.stopping_check.blocked_distance) return false;
+  if (step.line.points.size() < min_line_points || step.line.ahead < params.stopping_check.blocked_distance)
+    return false;
   const TrajectoryParams& p = params.trajectory;
   smooth_between_walls(step.line.points, params.car, p, step.smoothed);
   const PathConditions conditions{curvature_driven(state, params), 0.5 * params.car.width + p.smoothing_margin,
@@ -154,7 +156,7 @@ bool plan_path(const VehicleState& state, const Params& params, RacerWorkspace& 
 }
 
 bool recall_path(const RacerMemory& memory, const Params& params, RacerWorkspace& work) noexcept {
-  if (memory.without_path > params.centerline.hold_time || memory.path.size() < fewest_points) return false;
+  if (memory.time_without_path > params.centerline.hold_time || memory.path.size() < min_line_points) return false;
   work.step.path = memory.path;
   return find_nearest(params, work.step);
 }
@@ -167,8 +169,8 @@ Maneuver follow_path(const VehicleState& state, double dt, const RacerMemory& me
   step.steering = track_path(step.path, step.nearest, state, memory.measured.steering_angle, params.stanley, params.car,
                              step.lookahead);
   const StopLimits limits{params.car, p, params.stopping_check};
-  const StopDecision stop = decide_stop({step.path, step.nearest, memory.seen, state}, step.steering.steering_angle, dt,
-                                        memory.braking, limits);
+  const StopDecision stop = decide_stop({step.path, step.nearest, memory.last_walls, state},
+                                        step.steering.steering_angle, dt, memory.braking, limits);
   Maneuver maneuver{.speed = command_speed(step.path, step.nearest, state.speed, p),
                     .steering_angle = stop.steering_angle,
                     .braking = stop.brake};
@@ -176,9 +178,9 @@ Maneuver follow_path(const VehicleState& state, double dt, const RacerMemory& me
   maneuver.blocked = brakes || ahead.near;
   if (!brakes) return maneuver;
   // Full braking would take the grip needed for cornering: in a corner, brake only as planned.
-  const bool bends = std::abs(state.speed * state.yaw_rate) > params.stopping_check.gentle_bend_share * p.a_y_max;
-  const double least = bends ? state.speed + p.delta_v_min : 0.0;
-  maneuver.speed = std::min(maneuver.speed, least);
+  const bool cornering = std::abs(state.speed * state.yaw_rate) > params.stopping_check.gentle_bend_share * p.a_y_max;
+  const double slowest = cornering ? state.speed + p.delta_v_min : 0.0;
+  maneuver.speed = std::min(maneuver.speed, slowest);
   maneuver.steering_angle = within_grip(maneuver.steering_angle, state.speed, limits);
   return maneuver;
 }

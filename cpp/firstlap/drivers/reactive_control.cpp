@@ -52,15 +52,15 @@ double curvature_of(double steering_angle, const CarGeometry& car) noexcept {
   return std::tan(steering_angle) / car.wheelbase;
 }
 
-Beside room_beside(const Buffer<Point2>& points, const CarGeometry& car) noexcept {
+LateralClearance lateral_clearance(const Buffer<Point2>& points, const CarGeometry& car) noexcept {
   const Footprint body(car);
-  Beside room;
+  LateralClearance beside;
   for (const Point2& p : points) {
     if (p.x < body.rear || p.x > body.front) continue;
-    double& side = p.y > 0.0 ? room.left : room.right;
+    double& side = p.y > 0.0 ? beside.left : beside.right;
     side = std::min(side, std::max(std::abs(p.y) - body.side, 0.0));
   }
-  return room;
+  return beside;
 }
 
 double free_along_arc(const Buffer<Point2>& points, double curvature, double margin, double farthest,

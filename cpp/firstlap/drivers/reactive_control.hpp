@@ -79,11 +79,11 @@ double smooth_steering(double wanted, double before, double dt, double time, con
 double curvature_of(double steering_angle, const CarGeometry& car) noexcept;
 
 // Lateral clearance [m] between the car's sides and the nearest returns beside it.
-struct Beside {
+struct LateralClearance {
   double left = 1e3;
   double right = 1e3;
 };
-Beside room_beside(const Buffer<Point2>& points, const CarGeometry& car) noexcept;
+LateralClearance lateral_clearance(const Buffer<Point2>& points, const CarGeometry& car) noexcept;
 
 // Distance [m] that the car can drive along the circle of `curvature` [1/m] until its body, `margin` [m] wider on
 // either side, touches one of `points` (base_link); at most `farthest` [m]. The swept area is exact: a ring from the

@@ -18,7 +18,7 @@ bool Sweep::read(const LaserScan& scan, const VehicleState& state, const ScanPer
                  const CarGeometry& car) noexcept {
   points_.clear();
   ranges_.clear();
-  if (!judge(scan).usable() || !table_.prepare(scan)) return false;
+  if (!check_scan(scan).usable() || !table_.prepare(scan)) return false;
   ranges_.fill(table_.size(), lost);
   const SweepMotion motion(with_usable_time(scan, period.seconds()), state);
   const Footprint body(car, params.footprint_margin);
@@ -38,7 +38,7 @@ bool Sweep::read(const LaserScan& scan, const VehicleState& state, const ScanPer
     take(p, beam_at(std::atan2(y, x)), norm(x, y), params, body);
   }
   const auto seen = ranges_.size() - static_cast<std::size_t>(std::count(ranges_.begin(), ranges_.end(), lost));
-  if (seen < scan_limits::fewest_returns) return false;
+  if (seen < scan_limits::min_returns) return false;
   fill_lost(params);
   return true;
 }

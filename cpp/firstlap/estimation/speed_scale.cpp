@@ -16,12 +16,12 @@ constexpr double same_wall = 0.3;       // [m] a sample within this distance of 
 constexpr double neighbor = 0.4;        // [m] maximum spacing of samples on one wall
 constexpr double straight = 0.9;        // cosine; the wall direction is undefined where it turns by more
 constexpr double believable = 0.05;     // [m] maximum distance from the wall that a wrong speed does not explain
-constexpr double least_fit = 1e-6;      // minimum sum of squared normals: below, no wall faces the direction of travel
+constexpr double min_fit = 1e-6;        // minimum sum of squared normals: below, no wall faces the direction of travel
 constexpr std::size_t stride = 3;       // every so many samples one is used
 constexpr double chance = 2.0;          // standard deviations within which an error may be noise
 constexpr double ramp = 0.01;           // width of the blend from no correction to full correction
-constexpr double least_motion = 0.01;   // [m] minimum motion that gives a measurement of the scale
-constexpr double least_driven = 1e-6;   // [m^2/s] minimum of driving that gives a command scale
+constexpr double min_motion = 0.01;     // [m] minimum motion that gives a measurement of the scale
+constexpr double min_driven = 1e-6;     // [m^2/s] minimum of driving that gives a command scale
 constexpr double response_slack = 0.2;  // [m/s] deviation from the command that a wrong scale does not explain
 
 double dot(Point2 a, Point2 b) noexcept { return a.x * b.x + a.y * b.y; }
@@ -66,7 +66,7 @@ struct Fit {
     const double l = (a[1] * yy - a[2] * a[4]) / determinant;
     const double y = (a[2] * ll - a[1] * a[4]) / determinant;
     const double left = a[0] - a[1] * l - a[2] * y;
-    if (!(left > least_fit)) return {};
+    if (!(left > min_fit)) return {};
     return {(b[0] - b[1] * l - b[2] * y) / left, left / square(sample_sigma)};
   }
 
@@ -107,7 +107,7 @@ MotionError forward_error(const LocalWalls& before, const Buffer<SectionSample>&
 void learn_from_walls(const MotionError& error, double moved, double measured, double dt,
                       const SpeedScaleParams& params, SpeedScale& scale) noexcept {
   scale.variance = std::min(scale.variance + params.scale_drift * params.scale_drift * dt, SpeedScale::unknown);
-  if (params.scale_limit <= 0.0 || error.information <= 0.0 || std::abs(measured) < least_motion) return;
+  if (params.scale_limit <= 0.0 || error.information <= 0.0 || std::abs(measured) < min_motion) return;
   const double seen = (moved + error.forward) / measured;
   const double variance = params.scale_sigma * params.scale_sigma + 1.0 / (error.information * measured * measured);
   const double gain = scale.variance / (scale.variance + variance);
@@ -128,16 +128,16 @@ void learn_from_command(double command, double measured, double dt, const SpeedS
   scale.commanded_driven = kept * scale.commanded_driven + dt * scale.expected * measured;
 }
 
-double true_per_measured(const SpeedScale& scale, const SpeedScaleParams& params) noexcept {
+double measured_speed_scale(const SpeedScale& scale, const SpeedScaleParams& params) noexcept {
   return 1.0 + correction(scale.ratio - 1.0, params.scale_tolerance, scale, params);
 }
 
-double true_per_commanded(const SpeedScale& scale, const SpeedScaleParams& params) noexcept {
+double command_speed_scale(const SpeedScale& scale, const SpeedScaleParams& params) noexcept {
   // After a long standstill everything is forgotten, and commands are trusted again.
-  if (!(scale.commanded_square > least_driven)) return 1.0;
+  if (!(scale.commanded_square > min_driven)) return 1.0;
   const double error = scale.ratio * scale.commanded_driven / scale.commanded_square - 1.0;
   // If the walls already show that the car is faster than measured, the tolerance for commands is dropped.
-  const bool fast = true_per_measured(scale, params) > 1.0;
+  const bool fast = measured_speed_scale(scale, params) > 1.0;
   const double tolerance = fast ? 0.0 : params.command_tolerance;
   return 1.0 + std::max(0.0, correction(error, tolerance, scale, params));
 }

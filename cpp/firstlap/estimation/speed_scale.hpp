@@ -41,9 +41,9 @@ void learn_from_command(double command, double measured, double dt, const SpeedS
                         SpeedScale& scale) noexcept;
 
 // Factor for measured speeds; exactly 1 without a significant error.
-double true_per_measured(const SpeedScale& scale, const SpeedScaleParams& params) noexcept;
+double measured_speed_scale(const SpeedScale& scale, const SpeedScaleParams& params) noexcept;
 
 // Divisor for speed commands: above 1 if the car drives faster than commanded, never below 1.
-double true_per_commanded(const SpeedScale& scale, const SpeedScaleParams& params) noexcept;
+double command_speed_scale(const SpeedScale& scale, const SpeedScaleParams& params) noexcept;
 
 }  // namespace firstlap

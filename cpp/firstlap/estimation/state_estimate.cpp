@@ -6,9 +6,9 @@
 namespace firstlap {
 namespace {
 
-constexpr int patience = 4;           // maximum number of consecutive rejected measurements
-constexpr double longest_step = 0.5;  // [s] longer gaps are predicted over this time
-constexpr double most_speed = 100.0, most_rate = 100.0, most_bias = 2.0;
+constexpr int patience = 4;       // maximum number of consecutive rejected measurements
+constexpr double max_step = 0.5;  // [s] longer gaps are predicted over this time
+constexpr double max_speed = 100.0, max_rate = 100.0, max_bias = 2.0;
 
 double square(double value) noexcept { return value * value; }
 
@@ -29,7 +29,7 @@ void StateEstimate::reset() noexcept {
 
 void StateEstimate::predict(const DriveCommand& command, double dt) noexcept {
   if (!std::isfinite(dt) || dt <= 0.0) return;
-  dt = std::min(dt, longest_step);
+  dt = std::min(dt, max_step);
   if (std::isfinite(command.steering_angle)) {
     const double wanted =
         std::clamp(command.steering_angle, -car_.steering_limit, car_.steering_limit) + params_.steering_offset;
@@ -59,13 +59,13 @@ void StateEstimate::follow_model() noexcept {
 
 void StateEstimate::measure_speed(double speed) noexcept {
   if (!std::isfinite(speed)) return;
-  correct({1.0, 0.0, 0.0}, params_.speed_scale * std::clamp(speed, -most_speed, most_speed) - x_[0],
+  correct({1.0, 0.0, 0.0}, params_.speed_scale * std::clamp(speed, -max_speed, max_speed) - x_[0],
           square(params_.speed_sigma), true, speed_doubted_);
 }
 
 void StateEstimate::measure_yaw_rate(double yaw_rate) noexcept {
   if (!std::isfinite(yaw_rate)) return;
-  correct({0.0, 1.0, 1.0}, std::clamp(yaw_rate, -most_rate, most_rate) - x_[1] - x_[2], square(params_.yaw_rate_sigma),
+  correct({0.0, 1.0, 1.0}, std::clamp(yaw_rate, -max_rate, max_rate) - x_[1] - x_[2], square(params_.yaw_rate_sigma),
           true, rate_doubted_);
 }
 
@@ -96,9 +96,9 @@ void StateEstimate::correct(const Vector& row, double innovation, double varianc
     for (std::size_t j = 0; j < n_; ++j) p_[i][j] -= column[i] * column[j] / total;
     p_[i][i] = std::clamp(p_[i][i], 1e-9, 1e4);
   }
-  x_[0] = std::clamp(x_[0], -most_speed, most_speed);
-  x_[1] = std::clamp(x_[1], -most_rate, most_rate);
-  x_[2] = std::clamp(x_[2], -most_bias, most_bias);
+  x_[0] = std::clamp(x_[0], -max_speed, max_speed);
+  x_[1] = std::clamp(x_[1], -max_rate, max_rate);
+  x_[2] = std::clamp(x_[2], -max_bias, max_bias);
 }
 
 }  // namespace firstlap

@@ -35,8 +35,8 @@ class Envelope {
     k = 0;
     for (std::size_t q = 0; q < n; ++q) {
       while (edge_[k + 1] < static_cast<double>(q)) ++k;
-      const float way = static_cast<float>(q) - static_cast<float>(vertex_[k]);
-      values[q * step] = way * way + f_[vertex_[k]];
+      const float offset = static_cast<float>(q) - static_cast<float>(vertex_[k]);
+      values[q * step] = offset * offset + f_[vertex_[k]];
     }
   }
 
@@ -80,7 +80,7 @@ LikelihoodField::LikelihoodField(std::span<const std::uint8_t> occupied, int col
   mm_.resize(squared.size());
   const auto mm = static_cast<float>(1000.0 * resolution);
   std::transform(squared.begin(), squared.end(), mm_.begin(), [&](float s) {
-    return static_cast<std::uint16_t>(std::min(std::sqrt(s) * mm + 0.5F, static_cast<float>(farthest_mm)));
+    return static_cast<std::uint16_t>(std::min(std::sqrt(s) * mm + 0.5F, static_cast<float>(max_distance_mm)));
   });
 }
 
@@ -98,7 +98,7 @@ Pose2 LikelihoodField::to_map(const Pose2& in_field) const noexcept {
 
 LikelihoodField::Slope LikelihoodField::slope(double x, double y) const noexcept {
   const double u = x / resolution_ - 0.5, v = y / resolution_ - 0.5;
-  if (!(u >= 0.0 && v >= 0.0 && u < columns_ - 1 && v < rows_ - 1)) return {1e-3 * farthest_mm, 0.0, 0.0};
+  if (!(u >= 0.0 && v >= 0.0 && u < columns_ - 1 && v < rows_ - 1)) return {1e-3 * max_distance_mm, 0.0, 0.0};
   const auto column = static_cast<std::size_t>(u), row = static_cast<std::size_t>(v);
   const double a = u - static_cast<double>(column), b = v - static_cast<double>(row);
   const std::uint16_t* m = mm_.data() + row * stride_ + column;

@@ -16,7 +16,7 @@ struct Beam {
   float x = 0.0F, y = 0.0F;  // [m] end point of the beam in base_link
 };
 
-inline constexpr int farthest_mm = 2000;  // [mm] maximum distance
+inline constexpr int max_distance_mm = 2000;  // [mm] maximum distance
 
 class LikelihoodField {
  public:
@@ -29,11 +29,12 @@ class LikelihoodField {
   [[nodiscard]] Pose2 to_field(const Pose2& in_map) const noexcept;
   [[nodiscard]] Pose2 to_map(const Pose2& in_field) const noexcept;
 
-  // [mm] distance to the nearest wall from a point in the field's frame [m], constant per cell; farthest_mm outside.
+  // [mm] distance to the nearest wall from a point in the field's frame [m], constant per cell; max_distance_mm
+  // outside.
   [[nodiscard]] int distance_mm(float x, float y) const noexcept {
     const float column = x * scale_, row = y * scale_;
     // Also false for NaN.
-    if (!(column >= 0.0F && row >= 0.0F && column < columns_f_ && row < rows_f_)) return farthest_mm;
+    if (!(column >= 0.0F && row >= 0.0F && column < columns_f_ && row < rows_f_)) return max_distance_mm;
     return mm_[static_cast<std::size_t>(row) * stride_ + static_cast<std::size_t>(column)];
   }
 

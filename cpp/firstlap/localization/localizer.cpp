@@ -12,9 +12,9 @@
 namespace firstlap::localization {
 namespace {
 
-constexpr double longest_step = 0.5;  // [s] longer pauses count as this
-constexpr double fastest = 30.0;      // [m/s] and [rad/s]; larger values are not plausible
-constexpr std::size_t fewest_beams = 5;
+constexpr double max_step = 0.5;  // [s] longer pauses count as this
+constexpr double fastest = 30.0;  // [m/s] and [rad/s]; larger values are not plausible
+constexpr std::size_t min_beams = 5;
 constexpr double raster_near = 0.12, raster_far = 0.24;  // [m], and half of it in [rad]
 
 const LocalizerParams& validated(const LocalizerParams& params) {
@@ -76,22 +76,22 @@ void Localizer::displace(const Pose2& by) noexcept {
 
 Estimate Localizer::step(const LaserScan& scan, const VehicleState& state, double dt) noexcept {
   period_.learn(dt);
-  dt = std::isfinite(dt) ? std::clamp(dt, 0.0, longest_step) : 0.0;
+  dt = std::isfinite(dt) ? std::clamp(dt, 0.0, max_step) : 0.0;
   if (!started_) return estimate_;
   VehicleState used = sane(state) ? state : VehicleState{};
   learn_from_command(speed_command_, used.speed, dt, params_.speed_scale, speed_scale_);
-  estimate_.speed_scale = true_per_measured(speed_scale_, params_.speed_scale);
-  estimate_.command_scale = true_per_commanded(speed_scale_, params_.speed_scale);
+  estimate_.speed_scale = measured_speed_scale(speed_scale_, params_.speed_scale);
+  estimate_.command_scale = command_speed_scale(speed_scale_, params_.speed_scale);
   used.speed *= estimate_.speed_scale;
   move(used, dt);
   if (choose_beams(scan, used)) {
     locate();
-    judge(filter_.cluster(), dt);
+    update_status(filter_.cluster(), dt);
     learn_speed_scale(dt);
     resample();
   } else {
     estimate_.fit = tight_fit_ = 0.0;  // no usable scan: odometry alone, and soon lost
-    judge({.pose = pose_, .std = estimate_.std, .std_yaw = estimate_.std_yaw, .share = 1.0}, dt);
+    update_status({.pose = pose_, .std = estimate_.std, .std_yaw = estimate_.std_yaw, .share = 1.0}, dt);
   }
   estimate_.pose = field_.to_map(pose_);
   return estimate_;
@@ -123,7 +123,7 @@ bool Localizer::choose_beams(const LaserScan& scan, const VehicleState& state) n
   if (!maker_.make(scan, state, period_.seconds())) return false;
   pick(maker_.points(), beams_.capacity(), beams_);
   pick(maker_.cloud(), dense_.capacity(), dense_);
-  return beams_.size() >= fewest_beams;
+  return beams_.size() >= min_beams;
 }
 
 // The best fit among the particle mean, the refined mean, and the refined odometry prediction.
@@ -144,7 +144,7 @@ void Localizer::locate() noexcept {
   estimate_.fit = fit_of(dense_.span(), field_, pose_, params_.lost.fit_distance);
 }
 
-void Localizer::judge(const Cluster& cluster, double dt) noexcept {
+void Localizer::update_status(const Cluster& cluster, double dt) noexcept {
   const LostParams& p = params_.lost;
   estimate_.std = cluster.std;
   estimate_.std_yaw = cluster.std_yaw;

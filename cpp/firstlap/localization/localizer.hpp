@@ -74,7 +74,7 @@ class Localizer {
   void move(const VehicleState& state, double dt) noexcept;
   bool choose_beams(const LaserScan& scan, const VehicleState& state) noexcept;
   void locate() noexcept;
-  void judge(const Cluster& cluster, double dt) noexcept;
+  void update_status(const Cluster& cluster, double dt) noexcept;
   void learn_speed_scale(double dt) noexcept;
   void resample() noexcept;
 

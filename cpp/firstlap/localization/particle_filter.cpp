@@ -39,8 +39,8 @@ ParticleFilter::Particle ParticleFilter::drawn(const Spread& spread) noexcept {
 
 void ParticleFilter::scatter(const Spread& spread) noexcept {
   particles_.clear();
-  const Spread at_centre{spread.center, 0.05 * spread.radius, 0.05 * spread.angle};
-  for (std::size_t i = 0; i < particles_.capacity(); ++i) particles_.push(drawn(i % 4 == 0 ? at_centre : spread));
+  const Spread at_center{spread.center, 0.05 * spread.radius, 0.05 * spread.angle};
+  for (std::size_t i = 0; i < particles_.capacity(); ++i) particles_.push(drawn(i % 4 == 0 ? at_center : spread));
 }
 
 void ParticleFilter::move(double speed, double yaw_rate, double dt) noexcept {
@@ -80,10 +80,10 @@ void ParticleFilter::weigh(std::span<const Beam> beams, bool searching) noexcept
     }
     p.weight = static_cast<double>(sum);
   }
-  normalise();
+  normalize();
 }
 
-void ParticleFilter::normalise() noexcept {
+void ParticleFilter::normalize() noexcept {
   double top = -1e300, sum = 0.0;
   for (const Particle& p : particles_) top = std::max(top, p.weight);
   for (Particle& p : particles_) sum += p.weight = std::exp(p.weight - top);
@@ -95,7 +95,7 @@ bool ParticleFilter::near(const Particle& p, const Pose2& center) const noexcept
          std::abs(wrap_angle(p.yaw - center.yaw)) < params_.cluster_angle;
 }
 
-Cluster ParticleFilter::mean_round(const Pose2& center) const noexcept {
+Cluster ParticleFilter::mean_around(const Pose2& center) const noexcept {
   double w = 0.0, x = 0.0, y = 0.0, turn = 0.0, xx = 0.0, tt = 0.0;
   for (const Particle& p : particles_) {
     if (!near(p, center)) continue;
@@ -121,7 +121,7 @@ Cluster ParticleFilter::cluster() const noexcept {
   if (particles_.empty()) return {};
   const Particle* best = std::max_element(particles_.begin(), particles_.end(),
                                           [](const Particle& a, const Particle& b) { return a.weight < b.weight; });
-  return mean_round(mean_round({best->x, best->y, best->yaw}).pose);
+  return mean_around(mean_around({best->x, best->y, best->yaw}).pose);
 }
 
 void ParticleFilter::resample(std::size_t count, std::span<const Spread> fresh) noexcept {

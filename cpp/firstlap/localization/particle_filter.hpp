@@ -52,13 +52,13 @@ class ParticleFilter {
     double x = 0.0, y = 0.0, yaw = 0.0;
     double weight = 0.0;  // log weight after weigh(), then normalized
   };
-  using Table = std::array<float, farthest_mm + 1>;
+  using Table = std::array<float, max_distance_mm + 1>;
 
   static Table table(double sigma, const FilterParams& params);
   Particle drawn(const Spread& spread) noexcept;
-  void normalise() noexcept;
+  void normalize() noexcept;
   [[nodiscard]] bool near(const Particle& p, const Pose2& center) const noexcept;
-  [[nodiscard]] Cluster mean_round(const Pose2& center) const noexcept;
+  [[nodiscard]] Cluster mean_around(const Pose2& center) const noexcept;
 
   const LikelihoodField* field_;
   FilterParams params_;

@@ -10,10 +10,10 @@ namespace {
 // Next crossing of a ray into another column or row, in units of its length.
 struct Crossing {
   Crossing(double from, double to, int cell) : step(to > from ? 1 : -1) {
-    const double way = std::abs(to - from);
-    if (way < 1e-12) return;
-    each = 1.0 / way;
-    next = (to > from ? cell + 1 - from : from - cell) / way;
+    const double length = std::abs(to - from);
+    if (length < 1e-12) return;
+    each = 1.0 / length;
+    next = (to > from ? cell + 1 - from : from - cell) / length;
   }
   int step;
   double each = std::numeric_limits<double>::infinity();

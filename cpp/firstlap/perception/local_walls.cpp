@@ -29,7 +29,7 @@ void move_side(const Pose2& motion, double dt, WallSide& side) noexcept {
     const auto fc = static_cast<float>(c);
     const auto fs = static_cast<float>(s);
     if (past.shadow != 0.0F)
-      side.sight[i] = {fc * past.x + fs * past.y, -fs * past.x + fc * past.y, past.shadow, past.way_on};
+      side.sight[i] = {fc * past.x + fs * past.y, -fs * past.x + fc * past.y, past.shadow, past.track_continues};
     side.age[i] += static_cast<float>(dt);
   }
 }
@@ -84,7 +84,7 @@ class Search {
   Search(const WallSide& side, double x, double y) noexcept
       : xs_(side.x.data()), ys_(side.y.data()), x_(static_cast<float>(x)), y_(static_cast<float>(y)) {}
 
-  void look_at_block(std::size_t first) noexcept {
+  void test_block(std::size_t first) noexcept {
     const Floats d = smaller(squared_distances(first), squared_distances(first + lanes));
     const Ints nearer = d < best_;
     const Ints here = Ints{} + static_cast<std::int32_t>(first);
@@ -92,7 +92,7 @@ class Search {
     block_ = (nearer & here) | (~nearer & block_);
   }
   // For fewer samples than a block.
-  void look_at(std::size_t i) noexcept {
+  void test(std::size_t i) noexcept {
     const float d = squared_distance(i);
     if (d >= best_[0]) return;
     best_[0] = d;
@@ -132,12 +132,12 @@ Nearest nearest_of_first(std::size_t n, const WallSide& side, double x, double y
   if (n == 0) return {0, std::numeric_limits<double>::infinity()};
   Search search(side, x, y);
   if (n < Search::block) {
-    for (std::size_t i = 0; i < n; ++i) search.look_at(i);
+    for (std::size_t i = 0; i < n; ++i) search.test(i);
     return search.nearest();
   }
   std::size_t i = 0;
-  for (; i + Search::block <= n; i += Search::block) search.look_at_block(i);
-  if (i < n) search.look_at_block(n - Search::block);  // overlaps the previous block
+  for (; i + Search::block <= n; i += Search::block) search.test_block(i);
+  if (i < n) search.test_block(n - Search::block);  // overlaps the previous block
   return search.nearest();
 }
 

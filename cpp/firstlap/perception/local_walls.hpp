@@ -16,8 +16,8 @@ inline constexpr std::size_t max_samples = 1024;  // per side
 struct Sight {
   float x = 0.0F;  // unit vector away from the LiDAR
   float y = 0.0F;
-  float shadow = 0.0F;  // +1: the occluded area is to its left, -1: to its right, 0: no line of sight
-  bool way_on = false;  // the track continues between it and the other wall
+  float shadow = 0.0F;           // +1: the occluded area is to its left, -1: to its right, 0: no line of sight
+  bool track_continues = false;  // the track continues between it and the other wall
 };
 
 // Separate coordinate arrays, so that the nearest-sample search is vectorized.

@@ -27,7 +27,7 @@ double wrap_behind(double angle) noexcept {
 BeamTable::BeamTable() : cos_(max_points), sin_(max_points), source_(max_points) {}
 
 bool BeamTable::prepare(const LaserScan& scan) noexcept {
-  if (judge_header(scan) != ScanFault::none) return false;
+  if (check_header(scan) != ScanFault::none) return false;
   const std::size_t n = scan.ranges.size();
   if (n == beams_ && scan.angle_min == angle_min_ && scan.angle_increment == angle_increment_) return true;
   angle_min_ = scan.angle_min;

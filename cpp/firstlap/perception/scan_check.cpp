@@ -52,40 +52,40 @@ std::string text(const char* format, Numbers... numbers) {
 
 double usable_sweep_time(double time_increment, std::size_t beams, double period) noexcept {
   const double sweep = time_increment * (static_cast<double>(beams) - 1.0);
-  const double longest = period > 0.0 ? most_periods * period : longest_sweep;
+  const double longest = period > 0.0 ? max_sweep_periods * period : max_sweep;
   return time_increment > 0.0 && beams > 1 && sweep <= longest ? sweep : 0.0;
 }
 
-ScanFault judge_header(const LaserScan& scan, const ScanContext& context) noexcept {
+ScanFault check_header(const LaserScan& scan, const ScanContext& context) noexcept {
   if (scan.ranges.size() < 2) return ScanFault::no_beams;
   const bool finite = angles_finite(scan) && std::isfinite(scan.time_increment) && std::isfinite(scan.range_min);
   if (!finite || std::isnan(scan.range_max) || std::isinf(context.angle_max)) return ScanFault::not_finite;
-  if (std::abs(scan.angle_increment) < least_increment) return ScanFault::zero_increment;
-  if (std::abs(scan.angle_min) > most_first_angle) return ScanFault::too_wide;
-  if (std::abs(scan.angle_increment) * last_beam(scan) > most_span) return ScanFault::too_wide;
+  if (std::abs(scan.angle_increment) < min_increment) return ScanFault::zero_increment;
+  if (std::abs(scan.angle_min) > max_first_angle) return ScanFault::too_wide;
+  if (std::abs(scan.angle_increment) * last_beam(scan) > max_span) return ScanFault::too_wide;
   if (!(scan.range_max > scan.range_min)) return ScanFault::range_limits;
   if (scan.time_increment < 0.0) return ScanFault::time_increment;
   if (!fits_angle_max(scan, context.angle_max)) return ScanFault::angle_max;
   return looks_ahead(scan) ? ScanFault::none : ScanFault::blind_ahead;
 }
 
-ScanJudgement judge(const LaserScan& scan, const ScanContext& context) noexcept {
-  ScanJudgement judgement;
-  judgement.beams = scan.ranges.size();
-  judgement.fault = judge_header(scan, context);
-  if (!judgement.usable()) return judgement;
-  judgement.time_usable = sweep_time(scan) == usable_sweep_time_of(scan, context.period);
+ScanCheck check_scan(const LaserScan& scan, const ScanContext& context) noexcept {
+  ScanCheck check;
+  check.beams = scan.ranges.size();
+  check.fault = check_header(scan, context);
+  if (!check.usable()) return check;
+  check.time_usable = sweep_time(scan) == usable_sweep_time_of(scan, context.period);
   std::size_t in_reach = 0;
   for (const float range : scan.ranges) {
     const auto r = static_cast<double>(range);
     const bool returned = is_return(scan, r);
-    judgement.returns += returned ? 1 : 0;
+    check.returns += returned ? 1 : 0;
     in_reach += returned && r < reach ? 1 : 0;
   }
-  if (in_reach >= fewest_returns) return judgement;
-  const bool few = judgement.returns < fewest_returns;
-  judgement.fault = few ? ScanFault::no_returns : ScanFault::nothing_in_reach;
-  return judgement;
+  if (in_reach >= min_returns) return check;
+  const bool few = check.returns < min_returns;
+  check.fault = few ? ScanFault::no_returns : ScanFault::nothing_in_reach;
+  return check;
 }
 
 LaserScan with_usable_time(const LaserScan& scan, double period) noexcept {
@@ -111,9 +111,9 @@ const char* to_string(ScanFault fault) noexcept {
   return "unknown";
 }
 
-std::string explain_fault(const LaserScan& scan, const ScanContext& context, const ScanJudgement& judgement) {
-  const auto beams = static_cast<int>(std::min<std::size_t>(judgement.beams, 1'000'000'000));
-  switch (judgement.fault) {
+std::string describe_fault(const LaserScan& scan, const ScanContext& context, const ScanCheck& check) {
+  const auto beams = static_cast<int>(std::min<std::size_t>(check.beams, 1'000'000'000));
+  switch (check.fault) {
     case ScanFault::none: return "";
     case ScanFault::no_beams: return text("%d beams; at least 2 are needed", beams);
     case ScanFault::not_finite:
@@ -136,27 +136,26 @@ std::string explain_fault(const LaserScan& scan, const ScanContext& context, con
                   beams, scan.angle_min, scan.angle_increment);
     case ScanFault::no_returns:
       return text("%d of %d beams return a range between range_min %g m and range_max %g m; at least %d are needed",
-                  static_cast<int>(judgement.returns), beams, scan.range_min, scan.range_max,
-                  static_cast<int>(fewest_returns));
+                  static_cast<int>(check.returns), beams, scan.range_min, scan.range_max,
+                  static_cast<int>(min_returns));
     case ScanFault::nothing_in_reach:
       return text("nothing within %g m: are the ranges in millimeters or centimeters?", reach);
   }
   return "unknown";
 }
 
-std::string explain_time(const LaserScan& scan, const ScanContext& context, const ScanJudgement& judgement) {
-  if (judgement.time_usable) return "";
+std::string describe_time(const LaserScan& scan, const ScanContext& context, const ScanCheck& check) {
+  if (check.time_usable) return "";
   const bool known = context.period > 0.0;
   return text(
       "time_increment makes the sweep last %.3g s, longer than the %s %.3g s%s: the car's motion during the "
       "sweep is not undone",
-      sweep_time(scan), known ? "scan period of" : "longest plausible", known ? context.period : longest_sweep,
+      sweep_time(scan), known ? "scan period of" : "longest plausible", known ? context.period : max_sweep,
       known ? "" : " (the scan period is not known)");
 }
 
-std::string explain_returns(const ScanJudgement& judgement) {
-  const double share =
-      static_cast<double>(judgement.returns) / static_cast<double>(std::max<std::size_t>(judgement.beams, 1));
+std::string describe_returns(const ScanCheck& check) {
+  const double share = static_cast<double>(check.returns) / static_cast<double>(std::max<std::size_t>(check.beams, 1));
   return share < few_returns ? text("only %.0f %% of the beams return", 100.0 * share) : "";
 }
 

@@ -32,7 +32,7 @@ struct ScanContext {
   double angle_max = std::numeric_limits<double>::quiet_NaN();  // [rad] as in the message; NaN: unknown
 };
 
-struct ScanJudgement {
+struct ScanCheck {
   ScanFault fault = ScanFault::none;
   bool time_usable = true;  // time_increment is consistent with the period, so the scan can be deskewed
   std::size_t beams = 0;
@@ -43,16 +43,16 @@ struct ScanJudgement {
 
 namespace scan_limits {
 inline constexpr double range_max_margin = 0.05;  // [m] a range this close to range_max is no return
-inline constexpr double most_first_angle = 13.0;  // [rad] two turns plus some mounting angle
-inline constexpr double least_increment = 1e-6;   // [rad] between beams
-inline constexpr double most_span = 6.4;          // [rad] a full turn plus one or two overlapping beams
+inline constexpr double max_first_angle = 13.0;   // [rad] two turns plus some mounting angle
+inline constexpr double min_increment = 1e-6;     // [rad] between beams
+inline constexpr double max_span = 6.4;           // [rad] a full turn plus one or two overlapping beams
 inline constexpr double ahead = 0.5;              // [rad] to either side; at least one beam must point there
-inline constexpr std::size_t fewest_returns = 4;
-inline constexpr double reach = 10.0;           // [m] within which that many returns are required
-inline constexpr double most_periods = 1.25;    // maximum sweep time in scan periods
-inline constexpr double longest_sweep = 0.5;    // [s] if the period is unknown
-inline constexpr double angle_max_slack = 2.0;  // [beams]
-inline constexpr double few_returns = 0.3;      // share of beams below which a remark is made
+inline constexpr std::size_t min_returns = 4;
+inline constexpr double reach = 10.0;              // [m] within which that many returns are required
+inline constexpr double max_sweep_periods = 1.25;  // maximum sweep time in scan periods
+inline constexpr double max_sweep = 0.5;           // [s] if the period is unknown
+inline constexpr double angle_max_slack = 2.0;     // [beams]
+inline constexpr double few_returns = 0.3;         // share of beams below which a remark is made
 }  // namespace scan_limits
 
 // Whether a range [m] of this scan is a return. Everything else is "no return": NaN, infinite, 0, at or beyond a limit
@@ -62,10 +62,10 @@ inline constexpr double few_returns = 0.3;      // share of beams below which a 
 }
 
 // Checks the header only.
-ScanFault judge_header(const LaserScan& scan, const ScanContext& context = {}) noexcept;
+ScanFault check_header(const LaserScan& scan, const ScanContext& context = {}) noexcept;
 
 // Checks header and ranges. Reads every range once.
-ScanJudgement judge(const LaserScan& scan, const ScanContext& context = {}) noexcept;
+ScanCheck check_scan(const LaserScan& scan, const ScanContext& context = {}) noexcept;
 
 // Time [s] from the first beam to the last; 0 if time_increment [s] is negative, not finite, or gives a longer sweep
 // than `period` [s] allows (0: unknown).
@@ -78,8 +78,8 @@ const char* to_string(ScanFault fault) noexcept;
 
 // Messages for users, with the numbers: what is wrong and what would be right; empty if nothing is wrong. They
 // allocate.
-std::string explain_fault(const LaserScan& scan, const ScanContext& context, const ScanJudgement& judgement);
-std::string explain_time(const LaserScan& scan, const ScanContext& context, const ScanJudgement& judgement);
-std::string explain_returns(const ScanJudgement& judgement);
+std::string describe_fault(const LaserScan& scan, const ScanContext& context, const ScanCheck& check);
+std::string describe_time(const LaserScan& scan, const ScanContext& context, const ScanCheck& check);
+std::string describe_returns(const ScanCheck& check);
 
 }  // namespace firstlap

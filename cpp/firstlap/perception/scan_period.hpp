@@ -10,7 +10,7 @@ class ScanPeriod {
  public:
   // `dt`: [s] since the previous scan. Implausible values are ignored.
   void learn(double dt) noexcept {
-    if (!(dt > 0.0 && dt <= longest_pause)) return;
+    if (!(dt > 0.0 && dt <= max_pause)) return;
     seconds_ += (seconds_ > 0.0 ? newest_weight : 1.0) * (dt - seconds_);
   }
   [[nodiscard]] double seconds() const noexcept { return seconds_; }  // [s], 0: unknown

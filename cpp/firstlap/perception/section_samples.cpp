@@ -8,7 +8,7 @@
 namespace firstlap {
 namespace {
 
-constexpr int most_pieces = 40;  // between two means: bounds the work
+constexpr int max_pieces = 40;  // between two means: bounds the work
 constexpr std::size_t around_middle =
     3;                                  // points to either side of the nearest point that are averaged into its sample
 constexpr std::size_t path_stride = 2;  // every other point of the previous path is close enough
@@ -31,7 +31,7 @@ class Bin {
 
 void push_between(Point2 a, Point2 b, double spacing, std::size_t section, Buffer<SectionSample>& samples) noexcept {
   const double d = norm(b.x - a.x, b.y - a.y);
-  const int pieces = std::clamp(static_cast<int>(d / spacing), 1, most_pieces);
+  const int pieces = std::clamp(static_cast<int>(d / spacing), 1, max_pieces);
   for (int k = 1; k <= pieces; ++k) {
     const double t = static_cast<double>(k) / static_cast<double>(pieces);
     samples.push({.x = a.x + t * (b.x - a.x), .y = a.y + t * (b.y - a.y), .section = section});

@@ -24,7 +24,7 @@ class BreakLimit {
   BreakLimit(double angle_step, double beam_step, double passable, const SegmentationParams& params) noexcept
       : params_(params),
         angle_step_(angle_step),
-        ratio_of_neighbours_(breakpoint_ratio(angle_step, params.break_angle)),
+        neighbor_ratio_(breakpoint_ratio(angle_step, params.break_angle)),
         beam_step_(beam_step),
         passable_(passable) {}
 
@@ -36,8 +36,7 @@ class BreakLimit {
   [[nodiscard]] double limit(const ScanPoint& a, const ScanPoint& b, double beams, double mean) const noexcept {
     const double range = std::min(a.range, b.range);
     const double lowest = floor(range, beams);
-    const double ratio =
-        beams == 1.0 ? ratio_of_neighbours_ : breakpoint_ratio(beams * angle_step_, params_.break_angle);
+    const double ratio = beams == 1.0 ? neighbor_ratio_ : breakpoint_ratio(beams * angle_step_, params_.break_angle);
     const double adaptive = range * ratio + 3.0 * params_.range_sigma;
     const double trend = params_.mean_factor * mean * beams;
     // In a thinned scan the limit grows with the number of missing beams, up to the scan's typical step; but a passable
@@ -49,7 +48,7 @@ class BreakLimit {
  private:
   const SegmentationParams& params_;
   double angle_step_;
-  double ratio_of_neighbours_;
+  double neighbor_ratio_;
   double beam_step_;
   double passable_;  // [m] minimum width of a passable gap
 };
@@ -91,7 +90,7 @@ void measure(const Buffer<ScanPoint>& points, Section& section) noexcept {
   section.length = distance(points[section.first], points[section.last]);
 }
 
-void merge_neighbours(const Buffer<ScanPoint>& points, double merge_distance, Buffer<Section>& sections) noexcept {
+void merge_neighbors(const Buffer<ScanPoint>& points, double merge_distance, Buffer<Section>& sections) noexcept {
   std::size_t kept = 0;
   for (std::size_t i = 1; i < sections.size(); ++i) {
     if (distance(points[sections[kept].last], points[sections[i].first]) < merge_distance)
@@ -170,7 +169,7 @@ void segment(const Buffer<ScanPoint>& points, double angle_step, double width, c
   const double beam_step = median_beam_step(points);
   const double passable = passable_gap(width, params);
   break_into_sections(points, angle_step, beam_step, passable, params, sections);
-  merge_neighbours(points, params.merge_distance, sections);
+  merge_neighbors(points, params.merge_distance, sections);
   for (Section& section : sections) {
     measure(points, section);
     eliminate(params, beam_step, section);

@@ -144,8 +144,8 @@ void build_side(const Buffer<SectionSample>& samples, std::span<const SampleRang
 }
 
 // If both walls next to the split are completely visible, the track continues between their ends.
-void mark_way_on(const Buffer<Section>& sections, const Buffer<SectionSample>& samples, std::size_t split,
-                 LocalWalls& walls) noexcept {
+void mark_continuation(const Buffer<Section>& sections, const Buffer<SectionSample>& samples, std::size_t split,
+                       LocalWalls& walls) noexcept {
   const SectionSample* last_right = nullptr;
   const SectionSample* first_left = nullptr;
   for (const SectionSample& sample : samples) {
@@ -161,9 +161,9 @@ void mark_way_on(const Buffer<Section>& sections, const Buffer<SectionSample>& s
     return side.x[i] == static_cast<float>(sample.x) && side.y[i] == static_cast<float>(sample.y);
   };
   if (last_right != nullptr && walls.right.size() > 0 && is_at(walls.right, walls.right.size() - 1, *last_right))
-    walls.right.sight[walls.right.size() - 1].way_on = true;
+    walls.right.sight[walls.right.size() - 1].track_continues = true;
   if (first_left != nullptr && walls.left.size() > 0 && is_at(walls.left, 0, *first_left))
-    walls.left.sight[0].way_on = true;
+    walls.left.sight[0].track_continues = true;
 }
 
 }  // namespace
@@ -244,7 +244,7 @@ void split_into_sides(const Buffer<Section>& sections, const Buffer<SectionSampl
   }
   build_side(samples, right.ranges(), right.weights(), chain, walls.right);
   build_side(samples, left.ranges(), left.weights(), chain, walls.left);
-  mark_way_on(sections, samples, split.at, walls);
+  mark_continuation(sections, samples, split.at, walls);
 }
 
 }  // namespace firstlap

@@ -20,23 +20,23 @@ constexpr double flat = 0.2;           // slope of the difference, 2 between two
 constexpr double pocket = 0.3;         // slope below which the heading is kept: both walls are in the same direction
 
 // The walls as seen from one point.
-struct Look {
+struct WallView {
   double right = 0.0;  // [m] measured or estimated distance
   double left = 0.0;
-  Support support = Support::none;
+  WallSupport support = WallSupport::none;
   Point2 right_sample;
   Point2 left_sample;
   double gx = 0.0;  // gradient of (right - left): toward the left wall
   double gy = 0.0;
-  double room = 0.0;      // [m] to the nearer visible wall
-  bool wide = false;      // see CenterlinePoint
-  bool in_sight = false;  // in free space between the lines of sight past two visible ends
+  double clearance = 0.0;  // [m] to the nearer visible wall
+  bool wide = false;       // see CenterlinePoint
+  bool in_sight = false;   // in free space between the lines of sight past two visible ends
 
   [[nodiscard]] double imbalance() const noexcept { return right - left; }
   [[nodiscard]] double slope() const noexcept { return norm(gx, gy); }
 };
 
-struct SideLook {
+struct SideView {
   double distance = 0.0;  // [m]; 0: no wall
   bool representative = false;
   Point2 sample;   // nearest point of the wall
@@ -55,33 +55,33 @@ Point2 nearest_between(Point2 a, Point2 b, double x, double y) noexcept {
 }
 
 // A wall supports a point unless its nearest sample is a visible end that the point has passed.
-SideLook look_at(const WallSide& side, const CenterlineParams& params, double x, double y) noexcept {
-  SideLook look;
-  if (side.size() == 0) return look;
+SideView view_side(const WallSide& side, const CenterlineParams& params, double x, double y) noexcept {
+  SideView view;
+  if (side.size() == 0) return view;
   const Nearest nearest = nearest_sample(side, x, y);
   const Point2 sample = side.at(nearest.index);
-  look.sample = sample;
-  look.distance = nearest.distance;
-  look.outward = side.outward[nearest.index];
-  look.sight = side.sight[nearest.index];
-  const double beyond = (x - sample.x) * look.outward.x + (y - sample.y) * look.outward.y;
-  look.representative = beyond <= params.end_slack * nearest.distance;
+  view.sample = sample;
+  view.distance = nearest.distance;
+  view.outward = side.outward[nearest.index];
+  view.sight = side.sight[nearest.index];
+  const double beyond = (x - sample.x) * view.outward.x + (y - sample.y) * view.outward.y;
+  view.representative = beyond <= params.end_slack * nearest.distance;
   for (const std::size_t k : {nearest.index - 1, nearest.index + 1}) {
     if (k >= side.size()) continue;
     const Point2 next = side.at(k);
     if (norm(next.x - sample.x, next.y - sample.y) > params.wall_step) continue;
     const Point2 between = nearest_between(sample, next, x, y);
     const double d = norm(x - between.x, y - between.y);
-    if (d >= look.distance) continue;
-    look.distance = d;
-    look.sample = between;
+    if (d >= view.distance) continue;
+    view.distance = d;
+    view.sample = between;
   }
-  return look;
+  return view;
 }
 
 // Past the end of a wall the line of sight bounds the occluded area, in which the wall continues. Returns the point of
 // that area nearest to (x, y).
-Point2 nearest_in_shadow(const SideLook& hidden, double x, double y) noexcept {
+Point2 nearest_in_shadow(const SideView& hidden, double x, double y) noexcept {
   const double sx = static_cast<double>(hidden.sight.x);
   const double sy = static_cast<double>(hidden.sight.y);
   const double dx = x - hidden.sample.x;
@@ -93,7 +93,7 @@ Point2 nearest_in_shadow(const SideLook& hidden, double x, double y) noexcept {
 }
 
 // Whether (x, y) lies in free space, outside the occluded area behind the nearest visible end.
-bool lies_in_sight(const SideLook& side, double x, double y) noexcept {
+bool lies_in_sight(const SideView& side, double x, double y) noexcept {
   if (side.sight.shadow == 0.0F) return false;
   const Point2 shadow = nearest_in_shadow(side, x, y);
   return norm(x - shadow.x, y - shadow.y) > 0.0;
@@ -101,11 +101,11 @@ bool lies_in_sight(const SideLook& side, double x, double y) noexcept {
 
 // Estimates the distance of an occluded wall: the track width minus the distance of the visible wall, but at most the
 // distance of its visible end. At an apex the track is wider than along it: the occluded wall is not closer than the
-// line of sight past its end either, so that the centerline goes around the apex, not along the outer wall. This holds
-// if the track continues past this end or if the other wall curves across it; elsewhere a piece of wall may be missing,
-// and the track width is used. Moves `hidden.sample` to the point that gives the distance; returns false if the track
-// width gives it.
-bool estimate(SideLook& hidden, const SideLook& seen, double x, double y, double width,
+// line of sight past its end either, so that the centerline goes around the apex, not along the outer wall. This
+// holds if the track continues past this end or if the other wall curves across it; elsewhere a piece of wall may be
+// missing, and the track width is used. Moves `hidden.sample` to the point that gives the distance; returns false if
+// the track width gives it.
+bool estimate(SideView& hidden, const SideView& seen, double x, double y, double width,
               const TrackWidthParams& params) noexcept {
   const double end_distance = hidden.distance;
   hidden.distance = width - seen.distance;
@@ -114,8 +114,8 @@ bool estimate(SideLook& hidden, const SideLook& seen, double x, double y, double
   const double beyond = (x - end.x) * hidden.outward.x + (y - end.y) * hidden.outward.y;
   const double across = std::abs(hidden.outward.x * (x - seen.sample.x) + hidden.outward.y * (y - seen.sample.y)) /
                         std::max(seen.distance, 1e-6);
-  const double bends = std::min(1.0, params.bend_gain * across);
-  const double apex = bends * std::clamp(1.0 - beyond / width, 0.0, 1.0);
+  const double crossing = std::min(1.0, params.bend_gain * across);
+  const double apex = crossing * std::clamp(1.0 - beyond / width, 0.0, 1.0);
   hidden.distance = width * (1.0 + params.apex_width * apex) - seen.distance;
   if (end_distance <= hidden.distance) {
     hidden.distance = end_distance;
@@ -124,48 +124,49 @@ bool estimate(SideLook& hidden, const SideLook& seen, double x, double y, double
   if (hidden.sight.shadow == 0.0F) return false;
   const Point2 shadow = nearest_in_shadow(hidden, x, y);
   const double free = std::min(norm(x - shadow.x, y - shadow.y), params.width_max - seen.distance);
-  const double share = std::max(bends, hidden.sight.way_on ? params.way_on_share : 0.0);
+  const double share = std::max(crossing, hidden.sight.track_continues ? params.way_on_share : 0.0);
   if (free <= hidden.distance || share <= 0.0) return false;
   hidden.distance += share * (free - hidden.distance);
   hidden.sample = shadow;
   return true;
 }
 
-Look look_around(const LocalWalls& walls, double x, double y, double width, const TrackWidthParams& params,
-                 const CenterlineParams& line_params) noexcept {
-  SideLook right = look_at(walls.right, line_params, x, y);
-  SideLook left = look_at(walls.left, line_params, x, y);
-  Look look;
-  look.wide = right.representative && left.representative && right.distance + left.distance > params.width_max;
-  if (look.wide) (right.distance > left.distance ? right : left).representative = false;
+WallView view_walls(const LocalWalls& walls, double x, double y, double width, const TrackWidthParams& params,
+                    const CenterlineParams& line_params) noexcept {
+  SideView right = view_side(walls.right, line_params, x, y);
+  SideView left = view_side(walls.left, line_params, x, y);
+  WallView view;
+  view.wide = right.representative && left.representative && right.distance + left.distance > params.width_max;
+  if (view.wide) (right.distance > left.distance ? right : left).representative = false;
 
   bool use_right = right.representative;
   bool use_left = left.representative;
   if (use_right && use_left) {
-    look.support = Support::both;
+    view.support = WallSupport::both;
   } else if (use_right) {
-    look.support = Support::right;
+    view.support = WallSupport::right;
     use_left = estimate(left, right, x, y, width, params);
   } else if (use_left) {
-    look.support = Support::left;
+    view.support = WallSupport::left;
     use_right = estimate(right, left, x, y, width, params);
   } else {
-    look.in_sight = lies_in_sight(right, x, y) && lies_in_sight(left, x, y);
+    view.in_sight = lies_in_sight(right, x, y) && lies_in_sight(left, x, y);
   }
-  look.right_sample = right.sample;
-  look.left_sample = left.sample;
-  look.right = right.distance;
-  look.left = left.distance;
+  view.right_sample = right.sample;
+  view.left_sample = left.sample;
+  view.right = right.distance;
+  view.left = left.distance;
   constexpr double none = std::numeric_limits<double>::infinity();
-  look.room = std::min(use_right || !use_left ? right.distance : none, use_left || !use_right ? left.distance : none);
+  view.clearance =
+      std::min(use_right || !use_left ? right.distance : none, use_left || !use_right ? left.distance : none);
   const double inverse_right = use_right && right.distance > 1e-6 ? 1.0 / right.distance : 0.0;
   const double inverse_left = use_left && left.distance > 1e-6 ? 1.0 / left.distance : 0.0;
   // The estimated side moves with the visible one, so the visible side's part of the gradient counts twice.
   const double weight_right = use_left ? 1.0 : 2.0;
   const double weight_left = use_right ? 1.0 : 2.0;
-  look.gx = weight_right * (x - right.sample.x) * inverse_right - weight_left * (x - left.sample.x) * inverse_left;
-  look.gy = weight_right * (y - right.sample.y) * inverse_right - weight_left * (y - left.sample.y) * inverse_left;
-  return look;
+  view.gx = weight_right * (x - right.sample.x) * inverse_right - weight_left * (x - left.sample.x) * inverse_left;
+  view.gy = weight_right * (y - right.sample.y) * inverse_right - weight_left * (y - left.sample.y) * inverse_left;
+  return view;
 }
 
 // Bounding box of points, to skip most comparisons.
@@ -178,7 +179,7 @@ class Box {
     y_max_ = std::max(y_max_, y);
   }
   // Whether (x, y) is in the box or within `margin` of it.
-  [[nodiscard]] bool holds(double x, double y, double margin) const noexcept {
+  [[nodiscard]] bool contains(double x, double y, double margin) const noexcept {
     return x >= x_min_ - margin && x <= x_max_ + margin && y >= y_min_ - margin && y <= y_max_ + margin;
   }
 
@@ -199,79 +200,79 @@ class Tracer {
         params_(params),
         width_(width),
         half_car_(0.5 * car.width),
-        latest_(static_cast<std::size_t>(params.loop_length / params.spacing)),
-        near_(params.same_way * width) {
+        loop_points_(static_cast<std::size_t>(params.loop_length / params.spacing)),
+        meeting_distance_(params.same_way * width) {
     for (const TrailPoint& p : trail) trail_box_.add(p.x, p.y);
   }
 
   // Projects (x, y) onto the centerline by Newton steps; false if that fails.
-  bool project(double& x, double& y, Look& look) const noexcept {
+  bool project(double& x, double& y, WallView& view) const noexcept {
     for (int i = 0; i < newton_steps; ++i) {
-      look = look_around(walls_, x, y, width_, width_params_, params_);
-      if (look.support == Support::none) return false;
-      if (!correct(look, x, y, newton_reach)) return false;
+      view = view_walls(walls_, x, y, width_, width_params_, params_);
+      if (view.support == WallSupport::none) return false;
+      if (!correct(view, x, y, newton_reach)) return false;
     }
-    look = look_around(walls_, x, y, width_, width_params_, params_);
-    return look.support != Support::none && std::abs(look.imbalance()) < found;
+    view = view_walls(walls_, x, y, width_, width_params_, params_);
+    return view.support != WallSupport::none && std::abs(view.imbalance()) < found;
   }
 
   // Traces the centerline from (x, y) over `length` [m], forward (+1) or backward (-1).
-  LineEnd follow(double x, double y, Look look, double direction, double length,
-                 Buffer<CenterlinePoint>& out) const noexcept {
+  LineEnd trace(double x, double y, WallView view, double direction, double length,
+                Buffer<CenterlinePoint>& out) const noexcept {
     LocalWidth width(width_, width_params_);
-    double hx = direction * look.gy / look.slope();
-    double hy = -direction * look.gx / look.slope();
+    double hx = direction * view.gy / view.slope();
+    double hy = -direction * view.gx / view.slope();
     double unsupported = 0.0;  // [m] since the last point supported by a wall
-    double furthest = 0.0;     // [m] maximum of `unsupported`
+    double farthest = 0.0;     // [m] maximum of `unsupported`
     for (double s = 0.0; s <= length; s += params_.spacing) {
       if (s > 0.0) {
         x += params_.spacing * hx;
         y += params_.spacing * hy;
-        look = look_around(walls_, x, y, width.value(), width_params_, params_);
+        view = view_walls(walls_, x, y, width.value(), width_params_, params_);
         // Between two visible ends, as where the track widens on both sides, the line goes straight on.
-        if (look.support != Support::none) {
-          if (std::abs(look.imbalance()) > on_line) {
-            correct(look, x, y, share_of_step * params_.spacing);
-            look = look_around(walls_, x, y, width.value(), width_params_, params_);
+        if (view.support != WallSupport::none) {
+          if (std::abs(view.imbalance()) > on_line) {
+            correct(view, x, y, share_of_step * params_.spacing);
+            view = view_walls(walls_, x, y, width.value(), width_params_, params_);
           }
-          turn(look, direction, hx, hy);
+          turn(view, direction, hx, hy);
         }
       }
-      unsupported = look.support == Support::none ? unsupported + params_.spacing : 0.0;
-      if (unsupported <= params_.spacing) furthest = look.in_sight ? std::max(width_, params_.sight_length) : width_;
-      if (unsupported > furthest) return LineEnd::unseen;
-      if (look.room < half_car_) return LineEnd::narrow;
+      unsupported = view.support == WallSupport::none ? unsupported + params_.spacing : 0.0;
+      if (unsupported <= params_.spacing) farthest = view.in_sight ? std::max(width_, params_.sight_length) : width_;
+      if (unsupported > farthest) return LineEnd::end_of_view;
+      if (view.clearance < half_car_) return LineEnd::too_narrow;
       if (direction > 0.0 && (runs_against_trail(x, y, hx, hy, s) || meets_itself(out, x, y)))
         return LineEnd::turns_back;
-      const bool pair = look.support == Support::both;
+      const bool pair = view.support == WallSupport::both;
       if (pair)
-        width.observe(look.right + look.left);
+        width.observe(view.right + view.left);
       else
         width.miss(params_.spacing);
-      const double w = pair ? look.right + look.left : width.value();
-      if (!out.push({x, y, w, look.support, look.right_sample, look.left_sample, look.wide})) return LineEnd::length;
+      const double w = pair ? view.right + view.left : width.value();
+      if (!out.push({x, y, w, view.support, view.right_sample, view.left_sample, view.wide})) return LineEnd::length;
     }
     return LineEnd::length;
   }
 
  private:
   // One Newton step toward equal distances, at most `reach` [m].
-  static bool correct(const Look& look, double& x, double& y, double reach) noexcept {
-    const double slope = look.slope();
+  static bool correct(const WallView& view, double& x, double& y, double reach) noexcept {
+    const double slope = view.slope();
     if (slope < flat) return false;
-    const double step = std::clamp(-look.imbalance() / slope, -reach, reach);
-    x += step * look.gx / slope;
-    y += step * look.gy / slope;
+    const double step = std::clamp(-view.imbalance() / slope, -reach, reach);
+    x += step * view.gx / slope;
+    y += step * view.gy / slope;
     return true;
   }
 
   // Turns the heading along the line, by at most `turn_step` per point. If both walls are in the same direction (a dead
   // end, a pocket), the heading is kept.
-  void turn(const Look& look, double direction, double& hx, double& hy) const noexcept {
-    const double slope = look.slope();
+  void turn(const WallView& view, double direction, double& hx, double& hy) const noexcept {
+    const double slope = view.slope();
     if (slope < pocket) return;
-    const double tx = direction * look.gy / slope;
-    const double ty = -direction * look.gx / slope;
+    const double tx = direction * view.gy / slope;
+    const double ty = -direction * view.gx / slope;
     const double limit = params_.turn_step;
     const double angle = std::clamp(std::atan2(hx * ty - hy * tx, hx * tx + hy * ty), -limit, limit);
     const double c = std::cos(angle);
@@ -281,17 +282,19 @@ class Tracer {
     hx = nx;
   }
 
-  [[nodiscard]] bool is_near(double dx, double dy) const noexcept { return dx * dx + dy * dy < near_ * near_; }
+  [[nodiscard]] bool is_near(double dx, double dy) const noexcept {
+    return dx * dx + dy * dy < meeting_distance_ * meeting_distance_;
+  }
 
   // A line around the end of a wall may return to its start.
   [[nodiscard]] bool meets_itself(const Buffer<CenterlinePoint>& line, double x, double y) const noexcept {
-    for (std::size_t i = 0; i + latest_ < line.size(); i += 2)
+    for (std::size_t i = 0; i + loop_points_ < line.size(); i += 2)
       if (is_near(x - line[i].x, y - line[i].y)) return true;
     return false;
   }
 
   [[nodiscard]] bool runs_against_trail(double x, double y, double hx, double hy, double s) const noexcept {
-    if (s < params_.trail_free || !trail_box_.holds(x, y, near_)) return false;
+    if (s < params_.trail_free || !trail_box_.contains(x, y, meeting_distance_)) return false;
     for (const TrailPoint& p : trail_)
       if (is_near(x - p.x, y - p.y) && hx * std::cos(p.yaw) + hy * std::sin(p.yaw) < params_.trail_against) return true;
     return false;
@@ -303,8 +306,8 @@ class Tracer {
   const CenterlineParams& params_;
   double width_;
   double half_car_;
-  std::size_t latest_;  // points per `loop_length`
-  double near_;         // [m] maximum distance at which lines meet
+  std::size_t loop_points_;  // points per `loop_length`
+  double meeting_distance_;  // [m] maximum distance at which lines meet
   Box trail_box_;
 };
 
@@ -325,7 +328,7 @@ bool meets_wall(const LocalWalls& walls, Point2 a, Point2 b, const CenterlinePar
 
 // Removes the points after the last one that is supported by a wall.
 void end_at_last_wall(Buffer<CenterlinePoint>& points) noexcept {
-  while (!points.empty() && points.back().support == Support::none) points.shrink(points.size() - 1);
+  while (!points.empty() && points.back().support == WallSupport::none) points.shrink(points.size() - 1);
 }
 
 double line_length(const Buffer<CenterlinePoint>& points, std::size_t first) noexcept {
@@ -352,15 +355,15 @@ void trace_centerline(const LocalWalls& walls, const Buffer<TrailPoint>& trail, 
     const double ahead = i + 1 < tries ? step * i : -step;
     double x = car.wheelbase + ahead;
     double y = 0.0;
-    Look look;
-    if (!tracer.project(x, y, look) || look.slope() < flat) continue;
+    WallView view;
+    if (!tracer.project(x, y, view) || view.slope() < flat) continue;
     if (meets_wall(walls, {car.wheelbase, 0.0}, {x, y}, params)) continue;
-    tracer.follow(x, y, look, -1.0, params.start_behind + std::max(0.0, ahead), line.points);
+    tracer.trace(x, y, view, -1.0, params.start_behind + std::max(0.0, ahead), line.points);
     end_at_last_wall(line.points);
     std::reverse(line.points.begin(), line.points.end());
     if (!line.points.empty()) line.points.shrink(line.points.size() - 1);
     line.nearest = line.points.size();
-    line.end = tracer.follow(x, y, look, 1.0, params.horizon, line.points);
+    line.end = tracer.trace(x, y, view, 1.0, params.horizon, line.points);
     end_at_last_wall(line.points);
     line.ahead = line_length(line.points, std::min(line.nearest, line.points.size())) + std::max(0.0, ahead);
     return;

@@ -19,13 +19,13 @@ namespace firstlap {
 inline constexpr std::size_t max_line_points = 512;
 
 // Walls that support a centerline point.
-enum class Support : std::uint8_t { none, right, left, both };
+enum class WallSupport : std::uint8_t { none, right, left, both };
 
 struct CenterlinePoint {
   double x = 0.0;  // [m] base_link
   double y = 0.0;  // [m] base_link
   double width = 0.0;
-  Support support = Support::none;
+  WallSupport support = WallSupport::none;
   Point2 right;
   Point2 left;
   bool wide = false;  // both walls are there, but farther apart than the track can be: the nearer one counts
@@ -47,7 +47,7 @@ struct CenterlinePoint {
 };
 
 // Reason for the end of a centerline.
-enum class LineEnd : std::uint8_t { none, length, unseen, narrow, turns_back };
+enum class LineEnd : std::uint8_t { none, length, end_of_view, too_narrow, turns_back };
 
 struct Centerline {
   Centerline() : points(max_line_points) {}

@@ -9,16 +9,16 @@
 namespace firstlap {
 namespace {
 
-constexpr double apart = 0.45;     // [m] spacing of the points from which the line's curvature is computed
-constexpr double passed = 1.0;     // [m] behind the car, over which a tight corner still counts
-constexpr double coming = 3.0;     // [m] ahead of the car, over which a tight corner counts
-constexpr std::size_t fewest = 4;  // control points, two of which lie on the car's arc
-constexpr double overshoot = 1.6;  // over-relaxation factor: converges in a third of the passes
-constexpr double straight = 1e-3;  // [1/m]
+constexpr double curvature_step = 0.45;        // [m] spacing of the points from which the line's curvature is computed
+constexpr double corner_behind = 1.0;          // [m] behind a control point, within which a tight corner counts
+constexpr double corner_ahead = 3.0;           // [m] ahead of a control point, within which a tight corner counts
+constexpr std::size_t min_control_points = 4;  // control points, two of which lie on the car's arc
+constexpr double overshoot = 1.6;              // over-relaxation factor: converges in a third of the passes
+constexpr double straight = 1e-3;              // [1/m]
 
 // Number of line points over `length` [m].
-std::size_t points_in(double way, double spacing) noexcept {
-  return static_cast<std::size_t>(std::max(1L, std::lround(way / spacing)));
+std::size_t points_in(double length, double spacing) noexcept {
+  return static_cast<std::size_t>(std::max(1L, std::lround(length / spacing)));
 }
 
 // Unit normal, to the left.
@@ -45,72 +45,74 @@ std::size_t nearest_to_base_link(const Buffer<Point2>& points) noexcept {
   return best;
 }
 
-void place(ControlPoint& key) noexcept {
-  key.at = {key.on_line.x + key.offset * key.normal.x, key.on_line.y + key.offset * key.normal.y};
+void place(ControlPoint& control_point) noexcept {
+  control_point.at = {control_point.on_line.x + control_point.offset * control_point.normal.x,
+                      control_point.on_line.y + control_point.offset * control_point.normal.y};
 }
 
 // Limits of the offset, so that the path keeps its clearance up to the midpoints to the neighboring control points.
-void leave_room(const Buffer<CenterlinePoint>& line, const Buffer<Point2>& points, std::size_t i, double reach,
-                double clearance, ControlPoint& key) noexcept {
-  key.low = -1e9;
-  key.high = 1e9;
+void limit_offsets(const Buffer<CenterlinePoint>& line, const Buffer<Point2>& points, std::size_t i, double reach,
+                   double clearance, ControlPoint& control_point) noexcept {
+  control_point.low = -1e9;
+  control_point.high = 1e9;
   const auto narrow = [&](std::size_t j) {
     const Point2 normal = normal_at(points, j);
     const double beside = normal.x * (points[j].x - line[j].x) + normal.y * (points[j].y - line[j].y);
-    const double room = std::max(0.0, clearance_at(line[j]) - clearance);
-    key.low = std::max(key.low, -room - beside);
-    key.high = std::min(key.high, room - beside);
+    const double slack = std::max(0.0, clearance_at(line[j]) - clearance);
+    control_point.low = std::max(control_point.low, -slack - beside);
+    control_point.high = std::min(control_point.high, slack - beside);
   };
   narrow(i);
   for (std::size_t j = i; j > 0 && distance(points[j - 1], points[i]) <= reach; --j) narrow(j - 1);
   for (std::size_t j = i + 1; j < points.size() && distance(points[j], points[i]) <= reach; ++j) narrow(j);
-  key.low = std::min(key.low, 0.0);
-  key.high = std::max(key.high, 0.0);
+  control_point.low = std::min(control_point.low, 0.0);
+  control_point.high = std::max(control_point.high, 0.0);
 }
 
 // If the line ahead turns almost as tightly as the car can, the path must not cut to the inside of it.
-void keep_out_of_tight_bends(const Buffer<Point2>& points, std::size_t i, double spacing, double radius,
-                             ControlPoint& key) noexcept {
-  const std::size_t before = points_in(passed, spacing);
-  const std::size_t end = std::min(i + points_in(coming, spacing), points.size());
+void limit_in_tight_corners(const Buffer<Point2>& points, std::size_t i, double spacing, double radius,
+                            ControlPoint& control_point) noexcept {
+  const std::size_t before = points_in(corner_behind, spacing);
+  const std::size_t end = std::min(i + points_in(corner_ahead, spacing), points.size());
   double to_left = straight;
   double to_right = straight;
   for (std::size_t j = i > before ? i - before : 0; j < end; ++j) {
-    const double curvature = curvature_at(points, j, points_in(apart, spacing));
+    const double curvature = curvature_at(points, j, points_in(curvature_step, spacing));
     to_left = std::max(to_left, curvature);
     to_right = std::max(to_right, -curvature);
   }
-  if (to_left * radius > 1.0) key.high = 0.0;
-  if (to_right * radius > 1.0) key.low = 0.0;
+  if (to_left * radius > 1.0) control_point.high = 0.0;
+  if (to_right * radius > 1.0) control_point.low = 0.0;
 }
 
 // Minimizes the integral of squared curvature by relaxation. The first two control points are fixed.
-void relax(int passes, Buffer<ControlPoint>& keys) noexcept {
-  const std::size_t n = keys.size();
+void relax(int passes, Buffer<ControlPoint>& control_points) noexcept {
+  const std::size_t n = control_points.size();
   for (int pass = 0; pass < passes; ++pass) {
-    for (std::size_t i = 1; i < n; ++i) keys[i].step = std::max(distance(keys[i - 1].at, keys[i].at), 1e-3);
+    for (std::size_t i = 1; i < n; ++i)
+      control_points[i].step = std::max(distance(control_points[i - 1].at, control_points[i].at), 1e-3);
     for (std::size_t i = 2; i < n; ++i) {
       Point2 pull{};
       double stiffness = 0.0;
       // Change of direction at a control point per length; `lever` is its derivative with respect to the offset of
       // control point i.
       const auto add = [&](std::size_t middle, double lever) {
-        const ControlPoint& a = keys[middle - 1];
-        const ControlPoint& b = keys[middle];
-        const ControlPoint& c = keys[middle + 1];
+        const ControlPoint& a = control_points[middle - 1];
+        const ControlPoint& b = control_points[middle];
+        const ControlPoint& c = control_points[middle + 1];
         const double weight = 2.0 / (b.step + c.step);
         const Point2 turn{(c.at.x - b.at.x) / c.step - (b.at.x - a.at.x) / b.step,
                           (c.at.y - b.at.y) / c.step - (b.at.y - a.at.y) / b.step};
         pull = {pull.x + weight * lever * turn.x, pull.y + weight * lever * turn.y};
         stiffness += weight * lever * lever;
       };
-      ControlPoint& key = keys[i];
-      add(i - 1, 1.0 / key.step);
-      if (i + 1 < n) add(i, -1.0 / key.step - 1.0 / keys[i + 1].step);
-      if (i + 2 < n) add(i + 1, 1.0 / keys[i + 1].step);
-      const double move = (pull.x * key.normal.x + pull.y * key.normal.y) / stiffness;
-      key.offset = std::clamp(key.offset - overshoot * move, key.low, key.high);
-      place(key);
+      ControlPoint& control_point = control_points[i];
+      add(i - 1, 1.0 / control_point.step);
+      if (i + 1 < n) add(i, -1.0 / control_point.step - 1.0 / control_points[i + 1].step);
+      if (i + 2 < n) add(i + 1, 1.0 / control_points[i + 1].step);
+      const double move = (pull.x * control_point.normal.x + pull.y * control_point.normal.y) / stiffness;
+      control_point.offset = std::clamp(control_point.offset - overshoot * move, control_point.low, control_point.high);
+      place(control_point);
     }
   }
 }
@@ -118,17 +120,17 @@ void relax(int passes, Buffer<ControlPoint>& keys) noexcept {
 }  // namespace
 
 bool minimum_curvature_path(const Buffer<CenterlinePoint>& line, const PathConditions& conditions,
-                            const MinimumCurvatureParams& params, Buffer<ControlPoint>& keys,
+                            const MinimumCurvatureParams& params, Buffer<ControlPoint>& control_points,
                             Buffer<Point2>& points) noexcept {
-  keys.clear();
-  if (params.bend_passes == 0 || points.size() < fewest) return false;
-  const auto on_arc = [&](double way) {
-    ControlPoint key;
-    key.at = {way, 0.5 * conditions.curvature * way * way};
-    return key;
+  control_points.clear();
+  if (params.bend_passes == 0 || points.size() < min_control_points) return false;
+  const auto on_arc = [&](double x) {
+    ControlPoint control_point;
+    control_point.at = {x, 0.5 * conditions.curvature * x * x};
+    return control_point;
   };
-  keys.push(on_arc(params.bend_lead - params.bend_spacing));
-  keys.push(on_arc(params.bend_lead));
+  control_points.push(on_arc(params.bend_lead - params.bend_spacing));
+  control_points.push(on_arc(params.bend_lead));
   const std::size_t foot = nearest_to_base_link(points);
   double left = 0.0;  // [m] of line ahead
   for (std::size_t i = foot + 1; i < points.size(); ++i) left += distance(points[i], points[i - 1]);
@@ -139,22 +141,22 @@ bool minimum_curvature_path(const Buffer<CenterlinePoint>& line, const PathCondi
     left -= piece;
     if (along < params.bend_spacing) continue;
     along -= params.bend_spacing;
-    ControlPoint key;
-    key.on_line = points[i];
-    key.normal = normal_at(points, i);
-    leave_room(line, points, i, 0.5 * params.bend_spacing, conditions.clearance, key);
-    keep_out_of_tight_bends(points, i, conditions.spacing, params.bend_radius, key);
+    ControlPoint control_point;
+    control_point.on_line = points[i];
+    control_point.normal = normal_at(points, i);
+    limit_offsets(line, points, i, 0.5 * params.bend_spacing, conditions.clearance, control_point);
+    limit_in_tight_corners(points, i, conditions.spacing, params.bend_radius, control_point);
     // The track beyond the end of the line is unknown: toward the end the path returns to the line.
     const double share = std::min(1.0, left / params.bend_sight);
-    key.low *= share;
-    key.high *= share;
-    place(key);
-    if (!keys.push(key)) break;
+    control_point.low *= share;
+    control_point.high *= share;
+    place(control_point);
+    if (!control_points.push(control_point)) break;
   }
-  if (keys.size() < fewest) return false;
-  relax(params.bend_passes, keys);
+  if (control_points.size() < min_control_points) return false;
+  relax(params.bend_passes, control_points);
   points.clear();
-  for (const ControlPoint& key : keys) points.push(key.at);
+  for (const ControlPoint& control_point : control_points) points.push(control_point.at);
   return true;
 }
 

@@ -52,9 +52,9 @@ void keep_between_walls(const Buffer<CenterlinePoint>& line, double clearance, B
   for (std::size_t i = 0; i < points.size(); ++i) {
     const double dx = points[i].x - line[i].x;
     const double dy = points[i].y - line[i].y;
-    const double room = std::max(0.0, clearance_at(line[i]) - clearance);
-    if (dx * dx + dy * dy <= room * room) continue;
-    const double share = room / norm(dx, dy);
+    const double slack = std::max(0.0, clearance_at(line[i]) - clearance);
+    if (dx * dx + dy * dy <= slack * slack) continue;
+    const double share = slack / norm(dx, dy);
     points[i] = {line[i].x + share * dx, line[i].y + share * dy};
   }
 }
@@ -62,7 +62,7 @@ void keep_between_walls(const Buffer<CenterlinePoint>& line, double clearance, B
 }  // namespace
 
 double clearance_at(const CenterlinePoint& point) noexcept {
-  if (point.support == Support::both) return 0.5 * point.width;
+  if (point.support == WallSupport::both) return 0.5 * point.width;
   const double right = norm(point.x - point.right.x, point.y - point.right.y);
   const double left = norm(point.x - point.left.x, point.y - point.left.y);
   return std::min({0.5 * point.width, right, left});
@@ -115,14 +115,14 @@ void join_car(double join_distance, double join_angle, Buffer<Point2>& points) n
   }
 }
 
-void simplify_opheim(const Buffer<Point2>& points, double tol_min, double tol_max, Buffer<Point2>& keys) noexcept {
+void simplify_opheim(const Buffer<Point2>& points, double tol_min, double tol_max, Buffer<Point2>& knots) noexcept {
   const std::size_t n = points.size();
   if (n < 3 || tol_min <= 0.0 || tol_max <= 0.0) {
-    keys.assign(points.span());
+    knots.assign(points.span());
     return;
   }
-  keys.clear();
-  keys.push(points[0]);
+  knots.clear();
+  knots.push(points[0]);
   std::size_t r0 = 0;
   std::size_t r1 = 0;
   bool ray = false;
@@ -137,17 +137,17 @@ void simplify_opheim(const Buffer<Point2>& points, double tol_min, double tol_ma
     }
     if (distance(points[r0], points[pj]) < tol_max && ray_distance(points[r0], points[r1], points[pj]) < tol_min)
       continue;
-    keys.push(points[pi]);
+    knots.push(points[pi]);
     r0 = pi;
     ray = false;
   }
-  keys.push(points[n - 1]);
+  knots.push(points[n - 1]);
 }
 
-void sample_path(const Buffer<Point2>& keys, double sample, double end_hold, Spline& spline,
+void sample_path(const Buffer<Point2>& knots, double sample, double end_hold, Spline& spline,
                  Buffer<TrajectoryPoint>& path) noexcept {
   path.clear();
-  if (!spline.fit(keys)) return;
+  if (!spline.fit(knots)) return;
   std::size_t hint = 0;
   const auto pieces = static_cast<std::size_t>(spline.length() / sample);
   for (std::size_t i = 0; i <= pieces; ++i) {

@@ -34,10 +34,10 @@ void join_car(double distance, double angle, Buffer<Point2>& points) noexcept;
 
 // Opheim (1982) as in psimpl: from each kept point, drops the points within `tol_max` of it and within `tol_min` of the
 // ray from it. Copies the points if a tolerance is zero or there are fewer than 3.
-void simplify_opheim(const Buffer<Point2>& points, double tol_min, double tol_max, Buffer<Point2>& keys) noexcept;
+void simplify_opheim(const Buffer<Point2>& points, double tol_min, double tol_max, Buffer<Point2>& knots) noexcept;
 
 // Samples the spline through `knots` every `sample` [m]. The curvature is held constant over the last `end_hold` [m].
-void sample_path(const Buffer<Point2>& keys, double sample, double end_hold, Spline& spline,
+void sample_path(const Buffer<Point2>& knots, double sample, double end_hold, Spline& spline,
                  Buffer<TrajectoryPoint>& path) noexcept;
 
 // Index of the path point nearest to (x, y). The path must not be empty.

@@ -10,7 +10,7 @@
 namespace firstlap::sim {
 namespace {
 
-constexpr int most_turns =
+constexpr int max_turns =
     3;  // maximum number of turns by which a beam angle including the mounting may exceed (-pi, pi]
 constexpr float inf = std::numeric_limits<float>::infinity();
 
@@ -52,7 +52,7 @@ void draw_body(const LidarParams& lidar, const Pose2& laser, std::span<const Wal
     const double from = std::atan2(a.y, a.x);
     const double turn = std::remainder(std::atan2(b.y, b.x) - from, 2.0 * std::numbers::pi);
     const double low = std::min(from, from + turn), high = std::max(from, from + turn);
-    for (int turn_of = -most_turns; turn_of <= most_turns; ++turn_of) {
+    for (int turn_of = -max_turns; turn_of <= max_turns; ++turn_of) {
       const double lap = 2.0 * std::numbers::pi * turn_of, per_radian = 1.0 / lidar.angle_increment();
       const double one = (low + lap - lidar.angle_min()) * per_radian;
       const double other = (high + lap - lidar.angle_min()) * per_radian;

@@ -16,7 +16,7 @@ constexpr float pi = std::numbers::pi_v<float>;
 constexpr float inf = std::numeric_limits<float>::infinity();
 constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 constexpr float angle_error = 4e-6F;  // [rad] generous error bound of approximate_atan2
-constexpr double widest_wedge = 1.2;  // [rad] < pi/2, so that two half planes and a front describe the sector
+constexpr double max_sector = 1.2;    // [rad] < pi/2, so that two half planes and a front describe the sector
 
 // Vectorizable; error at most 1e-6 rad.
 inline float approximate_atan2(float y, float x) {
@@ -82,7 +82,7 @@ void check(const LidarParams& params) {
 }  // namespace
 
 Lidar::Lidar(const LidarParams& params, const Walls& walls)
-    : params_(params), most_beams_(params.beams), walls_(&walls) {
+    : params_(params), max_beams_(params.beams), walls_(&walls) {
   check(params);
   set_beams(params.beams);
   const std::size_t vertices = walls.visible().x.size();
@@ -109,7 +109,7 @@ void Lidar::set_beams(int beams) {
 void Lidar::begin_scan(Rng& rng, std::vector<float>& ranges) {
   if (params_.beams_vary > 0) {
     const int fewer = static_cast<int>(rng.uniform() * (params_.beams_vary + 1));
-    set_beams(most_beams_ - std::min(fewer, params_.beams_vary));
+    set_beams(max_beams_ - std::min(fewer, params_.beams_vary));
   }
   ranges.resize(static_cast<std::size_t>(params_.beams));
 }
@@ -123,13 +123,13 @@ void Lidar::scan_sector(const Pose2& laser, int first, int last, std::span<float
   if (params_.turns_right()) std::tie(first, last) = std::pair{params_.beams - last, params_.beams - first};
   const Pose2 middle{laser.x, laser.y, laser.yaw + params_.middle()};
   const double angle = (last - first) * params_.beam_step();
-  const int wedges = std::min(static_cast<int>(std::ceil(angle / widest_wedge)), last - first);
+  const int wedges = std::min(static_cast<int>(std::ceil(angle / max_sector)), last - first);
   for (int i = 0; i < wedges; ++i) {
-    cast_wedge(middle, first + (last - first) * i / wedges, first + (last - first) * (i + 1) / wedges, out);
+    cast_sector(middle, first + (last - first) * i / wedges, first + (last - first) * (i + 1) / wedges, out);
   }
 }
 
-void Lidar::cast_wedge(const Pose2& laser, int first, int last, std::span<float> out) {
+void Lidar::cast_sector(const Pose2& laser, int first, int last, std::span<float> out) {
   std::fill(inverse_range_.begin() + first, inverse_range_.begin() + last, 0.0);
   const std::size_t vertices = gather(laser, first, last);
   index_vertices(vertices);

@@ -113,7 +113,7 @@ class Lidar {
   const LidarParams& params() const noexcept { return params_; }
 
  private:
-  void cast_wedge(const Pose2& laser, int first, int last, std::span<float> out);
+  void cast_sector(const Pose2& laser, int first, int last, std::span<float> out);
   std::size_t gather(const Pose2& laser, int first, int last);
   void index_vertices(std::size_t count);
   void settle_indices(std::size_t count);
@@ -122,7 +122,7 @@ class Lidar {
   void drop_blocks(std::span<float> ranges, Rng& rng) const;
 
   LidarParams params_;
-  int most_beams_ = 0;
+  int max_beams_ = 0;
   const Walls* walls_;
   // Beams are cast right to left, relative to the middle of the scan; only write_ranges converts to scan order.
   std::vector<double> cos_, sin_;      // of each beam, relative to the middle of the scan

@@ -60,7 +60,7 @@ void Progress::reset(Point2 point) noexcept {
   place_ = locate(point);
   const auto after = std::upper_bound(s_.begin(), s_.end() - 1, place_.s);
   index_ = static_cast<std::size_t>(std::max<std::ptrdiff_t>(after - s_.begin() - 1, 0));
-  travelled_ = 0.0;
+  traveled_ = 0.0;
 }
 
 void Progress::update(Point2 point) noexcept {
@@ -84,7 +84,7 @@ void Progress::update(Point2 point) noexcept {
 }
 
 void Progress::accept(const Candidate& best) noexcept {
-  travelled_ += std::remainder(best.s - place_.s, length_);
+  traveled_ += std::remainder(best.s - place_.s, length_);
   place_ = {best.s, best.offset};
   index_ = best.index;
 }

@@ -31,7 +31,7 @@ class Progress {
 
   double s() const noexcept { return place_.s; }                    // [m] in [0, length)
   double lateral_offset() const noexcept { return place_.offset; }  // [m] left positive
-  double traveled() const noexcept { return travelled_; }           // [m] since reset, over all laps, signed
+  double traveled() const noexcept { return traveled_; }            // [m] since reset, over all laps, signed
 
  private:
   struct Candidate {
@@ -49,7 +49,7 @@ class Progress {
   double length_ = 0.0;
   Projection place_{};
   std::size_t index_ = 0;
-  double travelled_ = 0.0;
+  double traveled_ = 0.0;
 };
 
 }  // namespace firstlap::sim

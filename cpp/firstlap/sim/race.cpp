@@ -31,8 +31,8 @@ Pose2 start_pose(const Progress& progress, const RaceOptions& options) {
 bool beyond_wall(const Progress& progress, const RaceOptions& options, const Walls& walls) {
   const Pose2 line = progress.pose_at(options.start_s);
   const double turn = options.start_offset > 0.0 ? 0.5 : -0.5;
-  const CarGeometry way{.width = 0.0, .length = std::abs(options.start_offset), .rear_overhang = 0.0};
-  return touch(way, {line.x, line.y, line.yaw + turn * std::numbers::pi}, walls).has_value();
+  const CarGeometry gap{.width = 0.0, .length = std::abs(options.start_offset), .rear_overhang = 0.0};
+  return touch(gap, {line.x, line.y, line.yaw + turn * std::numbers::pi}, walls).has_value();
 }
 
 Pose2 obstacle_pose(const Progress& progress, const RaceOptions& options) {
@@ -235,9 +235,9 @@ void Race::record() {
 }
 
 void Race::check_rules() {
-  best_travelled_ = std::max(best_travelled_, progress_.traveled());
+  best_traveled_ = std::max(best_traveled_, progress_.traveled());
   if (std::abs(vehicle_.state().speed) >= options_.stuck_speed) standing_since_ = result_.time;
-  if (progress_.traveled() < best_travelled_ - options_.wrong_way_distance) {
+  if (progress_.traveled() < best_traveled_ - options_.wrong_way_distance) {
     result_.outcome = Outcome::wrong_way;
   } else if (result_.time - standing_since_ >= options_.stuck_time) {
     result_.outcome = Outcome::stuck;

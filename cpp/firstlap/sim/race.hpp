@@ -138,7 +138,7 @@ class Race {
   double step_ = 0.0, period_ = 0.0;
   long scans_ = 0;
   int next_beam_ = 0;
-  double best_travelled_ = 0.0, standing_since_ = 0.0;
+  double best_traveled_ = 0.0, standing_since_ = 0.0;
   double clearance_bound_ = 0.0;
   Pose2 last_pose_{};
   std::vector<float> ranges_;          // of the current sweep

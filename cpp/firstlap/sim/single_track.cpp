@@ -56,8 +56,8 @@ void add_dynamic(const VehicleParams& p, const BodyState& q, const Axles& axles,
   const double c = std::cos(q.steering), s = std::sin(q.steering);
   const double front_across = q.lateral + p.l_f * q.yaw_rate, rear_across = q.lateral - p.l_r * q.yaw_rate;
   const double front =
-      lateral_force(p, p.front_tyre(), axles.front, q.forward * c + front_across * s, front_across * c - q.forward * s);
-  const double rear = lateral_force(p, p.rear_tyre(), axles.rear, q.forward, rear_across);
+      lateral_force(p, p.front_tire(), axles.front, q.forward * c + front_across * s, front_across * c - q.forward * s);
+  const double rear = lateral_force(p, p.rear_tire(), axles.rear, q.forward, rear_across);
   const double front_x = axles.front.longitudinal * c - front * s, front_y = axles.front.longitudinal * s + front * c;
   d.forward += weight * ((front_x + axles.rear.longitudinal) / p.mass + q.lateral * q.yaw_rate);
   d.lateral += weight * ((front_y + rear) / p.mass - q.forward * q.yaw_rate);

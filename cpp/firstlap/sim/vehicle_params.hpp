@@ -84,8 +84,8 @@ struct VehicleParams : CarDynamics {
     return std::tuple_cat(CarDynamics::fields(), own);
   }
 
-  Tire front_tyre() const noexcept { return {front_b, front_c, front_d, front_e}; }
-  Tire rear_tyre() const noexcept { return {rear_b, rear_c, rear_d, rear_e}; }
+  Tire front_tire() const noexcept { return {front_b, front_c, front_d, front_e}; }
+  Tire rear_tire() const noexcept { return {rear_b, rear_c, rear_d, rear_e}; }
 };
 
 }  // namespace firstlap::sim

@@ -8,7 +8,7 @@ namespace firstlap::sim {
 namespace {
 
 constexpr std::size_t block_edges = 16;
-constexpr double most_cells = 1e6;
+constexpr double max_cells = 1e6;
 
 bool finite(const WallSegment& s) {
   return std::isfinite(s.x1) && std::isfinite(s.y1) && std::isfinite(s.x2) && std::isfinite(s.y2);
@@ -64,7 +64,7 @@ void Walls::place_grid() {
     max_y = std::max({max_y, s.y1, s.y2});
   }
   const double width = max_x - origin_x_, height = max_y - origin_y_;
-  while ((width / cell_size_ + 1.0) * (height / cell_size_ + 1.0) > most_cells) cell_size_ *= 2.0;
+  while ((width / cell_size_ + 1.0) * (height / cell_size_ + 1.0) > max_cells) cell_size_ *= 2.0;
   columns_ = static_cast<std::int32_t>(width / cell_size_) + 1;
   rows_ = static_cast<std::int32_t>(height / cell_size_) + 1;
 }

@@ -168,10 +168,10 @@ void World::check_contact(std::size_t index) {
   Agent& agent = *agents_[index];
   if (agent.crashed) return;
   const Pose2 pose = agent.vehicle.pose();
-  const double room = sim::clearance(car_.geometry, pose, track_->walls);
-  agent.clearance = std::min(agent.clearance, room);
-  agent.meter.add_clearance(room);
-  bool hit = room <= 0.0;
+  const double clearance = sim::clearance(car_.geometry, pose, track_->walls);
+  agent.clearance = std::min(agent.clearance, clearance);
+  agent.meter.add_clearance(clearance);
+  bool hit = clearance <= 0.0;
   for (std::size_t other = 0; other < agents_.size(); ++other) {
     hit = hit || (other != index && bodies_touch(car_.geometry, pose, agents_[other]->vehicle.pose()));
   }

@@ -34,7 +34,7 @@ struct Believed {
 };
 
 StoppingCheck stop(const LocalWalls& walls, double speed, double wheels = 0.0,
-                   StopSteering how = StopSteering::to_path) {
+                   StopSteering how = StopSteering::track_path) {
   const VehicleState state{speed, 0.0, wheels};
   return check_stopping({straight_path(9.0), 8, walls, state}, {wheels, 0.075, how}, Believed{}.limits());
 }
@@ -83,14 +83,14 @@ TEST(StoppingCheck, driving_along_a_near_wall_is_allowed_and_approaching_it_is_n
   LocalWalls walls;
   for (double x = -2.0; x < 6.0; x += 0.05) walls.right.push(x, -0.19, {}, 0.0F);
   EXPECT_TRUE(stop(walls, 1.0).clear);
-  EXPECT_FALSE(stop(walls, 1.0, -0.2, StopSteering::kept).clear);
+  EXPECT_FALSE(stop(walls, 1.0, -0.2, StopSteering::hold).clear);
 }
 
 TEST(StoppingCheck, reports_the_steering_angle_of_the_stop) {
   const LocalWalls walls = corridor(6.0);
   EXPECT_EQ(stop(walls, 2.0, 0.2, StopSteering::straight).steering_angle, 0.0);
-  EXPECT_GT(stop(walls, 2.0, 0.2, StopSteering::kept).steering_angle, 0.15);
-  EXPECT_NEAR(stop(walls, 2.0, 0.0, StopSteering::to_path).steering_angle, 0.0, 1e-9);
+  EXPECT_GT(stop(walls, 2.0, 0.2, StopSteering::hold).steering_angle, 0.15);
+  EXPECT_NEAR(stop(walls, 2.0, 0.0, StopSteering::track_path).steering_angle, 0.0, 1e-9);
 }
 
 TEST(StoppingCheck, is_mirror_symmetric) {
@@ -98,7 +98,7 @@ TEST(StoppingCheck, is_mirror_symmetric) {
   LocalWalls left;
   for (std::size_t i = 0; i < right.right.size(); ++i) left.left.push(right.right.x[i], -right.right.y[i], {}, 0.0F);
   for (std::size_t i = 0; i < right.left.size(); ++i) left.right.push(right.left.x[i], -right.left.y[i], {}, 0.0F);
-  for (const StopSteering how : {StopSteering::to_path, StopSteering::kept, StopSteering::straight}) {
+  for (const StopSteering how : {StopSteering::track_path, StopSteering::hold, StopSteering::straight}) {
     const StoppingCheck a = stop(right, 2.5, 0.1, how), b = stop(left, 2.5, -0.1, how);
     EXPECT_EQ(a.clear, b.clear);
     EXPECT_DOUBLE_EQ(a.distance, b.distance);

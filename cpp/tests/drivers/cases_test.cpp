@@ -302,7 +302,7 @@ double clearance_of_box(double box_y, double width, Tour& tour) {
   double wheel = 0.0;
   for (int i = 0; i < 400 && car.x < 14.0; ++i) {
     const StepResult r = racer.step(scene.scan(car).view(), {speed, yaw_rate, wheel}, dt);
-    scene::judge(racer, r, scene, course, car, car.x, tour);
+    scene::evaluate(racer, r, scene, course, car, car.x, tour);
     for (const double x : {-0.1, 0.15, 0.33, 0.45}) {
       const Point2 p = scene::to_world(car, x, 0.0);
       smallest = std::min(smallest, box.distance(scene::neither, p));

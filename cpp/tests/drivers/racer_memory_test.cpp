@@ -35,10 +35,10 @@ void spoil(LocalWalls& walls) {
 }
 
 void spoil(Centerline& line) {
-  line.points.fill(all, {nan, nan, nan, Support::both, {nan, nan}, {nan, nan}, true});
+  line.points.fill(all, {nan, nan, nan, WallSupport::both, {nan, nan}, {nan, nan}, true});
   line.nearest = 7;
   line.ahead = nan;
-  line.end = LineEnd::narrow;
+  line.end = LineEnd::too_narrow;
 }
 
 void spoil(Trace& trace) {

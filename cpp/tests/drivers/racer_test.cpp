@@ -44,7 +44,7 @@ TEST(RacerClosedForm, in_a_straight_corridor_the_width_is_exact_within_a_cm_and_
     int pairs = 0;
     for (const CenterlinePoint& p : racer.trace().line.points) {
       EXPECT_NEAR(p.y, 0.0, 0.01) << width;
-      if (p.support != Support::both) continue;
+      if (p.support != WallSupport::both) continue;
       ++pairs;
       EXPECT_NEAR(p.width, width, 0.01) << width;
     }
@@ -129,7 +129,7 @@ TEST(RacerClosedForm, a_step_on_one_side_moves_the_line_by_half_of_it) {
     }
     if (p.x > 5.5) {
       EXPECT_NEAR(p.y, 0.5, 0.05) << p.x;
-      if (p.support == Support::both) {
+      if (p.support == WallSupport::both) {
         EXPECT_NEAR(p.width, 2.0, 0.03) << p.x;
       }
     }

@@ -109,9 +109,9 @@ TEST(FreeAlongArc, AgreesWithMovingTheCarAlongItsCircle) {
   EXPECT_GT(hits, scene::count_or(300) / 20);
 }
 
-TEST(RoomBeside, IsMeasuredFromTheSides) {
+TEST(LateralClearance, IsMeasuredFromTheSides) {
   const CarGeometry car;
-  const Beside room = room_beside(points_of({{0.2, 0.4}, {0.2, -0.3}, {2.0, 0.1}}), car);
+  const LateralClearance room = lateral_clearance(points_of({{0.2, 0.4}, {0.2, -0.3}, {2.0, 0.1}}), car);
   EXPECT_NEAR(room.left, 0.4 - 0.5 * car.width, 1e-12);
   EXPECT_NEAR(room.right, 0.3 - 0.5 * car.width, 1e-12);
 }

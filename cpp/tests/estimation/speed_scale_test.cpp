@@ -69,7 +69,7 @@ SpeedScale after(double seconds, double true_speed, double reads, double command
   const double dt = 0.025;
   for (double t = 0.0; t < seconds; t += dt) {
     learn_from_command(command, reads, dt, params, scale);
-    const double taken = reads * true_per_measured(scale, params);
+    const double taken = reads * measured_speed_scale(scale, params);
     learn_from_walls({(true_speed - taken) * dt, 1e6}, taken * dt, reads * dt, dt, params, scale);
   }
   return scale;
@@ -78,40 +78,40 @@ SpeedScale after(double seconds, double true_speed, double reads, double command
 TEST(SpeedScale, FindsTheErrorOfTheMeasuredSpeedWithinASecond) {
   const SpeedScaleParams params;
   for (const double error : {-0.15, -0.1, 0.1, 0.15})
-    EXPECT_NEAR(true_per_measured(after(1.0, 4.0, 4.0 * (1.0 + error), 4.0), params), 1.0 / (1.0 + error), 0.01);
+    EXPECT_NEAR(measured_speed_scale(after(1.0, 4.0, 4.0 * (1.0 + error), 4.0), params), 1.0 / (1.0 + error), 0.01);
 }
 
 TEST(SpeedScale, IsExactlyOneWithoutAnError) {
   const SpeedScaleParams params;
   for (const double error : {-0.01, 0.0, 0.01}) {
     const SpeedScale scale = after(5.0, 4.0, 4.0 * (1.0 + error), 4.0);
-    EXPECT_EQ(true_per_measured(scale, params), 1.0);
-    EXPECT_EQ(true_per_commanded(scale, params), 1.0);
+    EXPECT_EQ(measured_speed_scale(scale, params), 1.0);
+    EXPECT_EQ(command_speed_scale(scale, params), 1.0);
   }
 }
 
 TEST(SpeedScale, DistinguishesACarFasterThanCommandedFromAnOverestimatedSpeed) {
   const SpeedScaleParams params;
-  EXPECT_NEAR(true_per_commanded(after(8.0, 4.6, 4.0, 4.0), params), 1.15, 0.02);
-  EXPECT_EQ(true_per_commanded(after(8.0, 4.0, 4.6, 4.0), params), 1.0);
-  EXPECT_EQ(true_per_commanded(after(8.0, 3.4, 4.0, 4.0), params), 1.0) << "a slow car is not commanded to go faster";
+  EXPECT_NEAR(command_speed_scale(after(8.0, 4.6, 4.0, 4.0), params), 1.15, 0.02);
+  EXPECT_EQ(command_speed_scale(after(8.0, 4.0, 4.6, 4.0), params), 1.0);
+  EXPECT_EQ(command_speed_scale(after(8.0, 3.4, 4.0, 4.0), params), 1.0) << "a slow car is not commanded to go faster";
 }
 
 TEST(SpeedScale, IgnoresACarThatIsHeldBack) {
   const SpeedScaleParams params;
   const SpeedScale scale = after(8.0, 1.5, 1.5, 4.0);
   EXPECT_NEAR(scale.commanded_driven / scale.commanded_square, 1.0, 0.15);
-  EXPECT_EQ(true_per_commanded(scale, params), 1.0);
+  EXPECT_EQ(command_speed_scale(scale, params), 1.0);
 }
 
 TEST(SpeedScale, StaysWithinItsLimitAndCanBeSwitchedOff) {
   SpeedScaleParams params;
   SpeedScale scale = after(3.0, 8.0, 4.0, 4.0);
-  EXPECT_LE(true_per_measured(scale, params), 1.0 + params.scale_limit);
-  EXPECT_LE(true_per_commanded(scale, params), 1.0 + params.scale_limit);
+  EXPECT_LE(measured_speed_scale(scale, params), 1.0 + params.scale_limit);
+  EXPECT_LE(command_speed_scale(scale, params), 1.0 + params.scale_limit);
   params.scale_limit = 0.0;
-  EXPECT_EQ(true_per_measured(scale, params), 1.0);
-  EXPECT_EQ(true_per_commanded(scale, params), 1.0);
+  EXPECT_EQ(measured_speed_scale(scale, params), 1.0);
+  EXPECT_EQ(command_speed_scale(scale, params), 1.0);
 }
 
 // A racer on a course, in a car whose measured speed is too high by `error`.

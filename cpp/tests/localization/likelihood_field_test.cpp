@@ -34,9 +34,9 @@ TEST(LikelihoodField, outside_and_for_nan_the_distance_is_the_maximum) {
   const std::vector<std::uint8_t> one{0, 1, 0, 0};
   const LikelihoodField field(one, 2, 2, 1.0, {});
   EXPECT_EQ(field.distance_mm(1.5F, 0.5F), 0);
-  EXPECT_EQ(field.distance_mm(-0.1F, 0.5F), farthest_mm);
-  EXPECT_EQ(field.distance_mm(0.5F, 2.0F), farthest_mm);
-  EXPECT_EQ(field.distance_mm(std::numeric_limits<float>::quiet_NaN(), 0.5F), farthest_mm);
+  EXPECT_EQ(field.distance_mm(-0.1F, 0.5F), max_distance_mm);
+  EXPECT_EQ(field.distance_mm(0.5F, 2.0F), max_distance_mm);
+  EXPECT_EQ(field.distance_mm(std::numeric_limits<float>::quiet_NaN(), 0.5F), max_distance_mm);
   EXPECT_EQ(field.slope(100.0, 0.5).dx, 0.0);
 }
 

@@ -8,7 +8,7 @@
 namespace firstlap::mapping {
 namespace {
 
-GridParams metre_cells() {
+GridParams meter_cells() {
   GridParams params;
   params.resolution = 1.0;
   params.min_passes = 1;
@@ -19,7 +19,7 @@ GridParams metre_cells() {
 ScanPoint at(double x, double y) { return {x, y, std::hypot(x, y), 0}; }
 
 TEST(OccupancyGrid, a_ray_frees_the_cells_it_crosses_and_occupies_the_one_where_it_ends) {
-  OccupancyGrid grid(0.0, 0.0, 8, 3, metre_cells());
+  OccupancyGrid grid(0.0, 0.0, 8, 3, meter_cells());
   const std::vector<ScanPoint> points{at(5.0, 0.0)};
   grid.add({0.5, 1.5, 0.0}, {0.0, 0.0}, points);
   for (int column = 0; column < 8; ++column) {
@@ -31,7 +31,7 @@ TEST(OccupancyGrid, a_ray_frees_the_cells_it_crosses_and_occupies_the_one_where_
 }
 
 TEST(OccupancyGrid, a_slanted_ray_leaves_no_gap) {
-  OccupancyGrid grid(0.0, 0.0, 10, 10, metre_cells());
+  OccupancyGrid grid(0.0, 0.0, 10, 10, meter_cells());
   const std::vector<ScanPoint> points{at(8.1, 5.3)};
   grid.add({0.5, 0.5, 0.0}, {0.0, 0.0}, points);
   int column = 0, row = 0, met = 1;
@@ -48,7 +48,7 @@ TEST(OccupancyGrid, a_slanted_ray_leaves_no_gap) {
 }
 
 TEST(OccupancyGrid, the_ray_follows_the_pose_and_the_mounting) {
-  OccupancyGrid grid(-5.0, -5.0, 10, 10, metre_cells());
+  OccupancyGrid grid(-5.0, -5.0, 10, 10, meter_cells());
   const std::vector<ScanPoint> points{at(3.0, 0.0)};
   grid.add({0.5, 0.5, 0.5 * 3.14159265358979}, {1.0, 0.0}, points);  // facing +y, the LiDAR 1 m ahead
   EXPECT_EQ(grid.cell(5, 8), Cell::occupied);
@@ -58,7 +58,7 @@ TEST(OccupancyGrid, the_ray_follows_the_pose_and_the_mounting) {
 }
 
 TEST(OccupancyGrid, one_stray_return_does_not_outweigh_many_beams) {
-  GridParams params = metre_cells();
+  GridParams params = meter_cells();
   params.occupied_ratio = 0.2;
   OccupancyGrid grid(0.0, 0.0, 8, 1, params);
   const std::vector<ScanPoint> stray{at(3.0, 0.0)}, wall{at(6.0, 0.0)};
@@ -70,7 +70,7 @@ TEST(OccupancyGrid, one_stray_return_does_not_outweigh_many_beams) {
 }
 
 TEST(OccupancyGrid, points_outside_or_invalid_change_nothing) {
-  OccupancyGrid grid(0.0, 0.0, 4, 4, metre_cells());
+  OccupancyGrid grid(0.0, 0.0, 4, 4, meter_cells());
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const std::vector<ScanPoint> points{at(50.0, 0.0), at(nan, 0.0), at(-3.0, 0.0)};
   grid.add({1.5, 1.5, 0.0}, {0.0, 0.0}, points);

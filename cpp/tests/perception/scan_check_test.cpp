@@ -24,15 +24,17 @@ struct Sample {
     scan.ranges = ranges;
     return scan;
   }
-  ScanFault fault(const ScanContext& context = {}) { return judge(view(), context).fault; }
-  std::string reason(const ScanContext& context = {}) { return explain_fault(view(), context, judge(view(), context)); }
+  ScanFault fault(const ScanContext& context = {}) { return check_scan(view(), context).fault; }
+  std::string reason(const ScanContext& context = {}) {
+    return describe_fault(view(), context, check_scan(view(), context));
+  }
 };
 
 TEST(ScanCheck, a_valid_scan_has_no_fault_and_no_remark) {
   Sample s;
   EXPECT_EQ(s.fault(), ScanFault::none);
   EXPECT_EQ(s.reason(), "");
-  EXPECT_EQ(explain_returns(judge(s.view())), "");
+  EXPECT_EQ(describe_returns(check_scan(s.view())), "");
 }
 
 TEST(ScanCheck, angles_in_degrees_are_named) {
@@ -90,10 +92,10 @@ TEST(ScanCheck, all_encodings_of_no_return_count_alike) {
     Sample s;
     for (std::size_t i = 0; i < s.ranges.size(); ++i)
       if (i % 10 != 0) s.ranges[i] = lost;
-    const ScanJudgement judgement = judge(s.view());
-    EXPECT_TRUE(judgement.usable()) << lost << ": nine of ten lost beams are no reason to stop";
-    EXPECT_EQ(judgement.returns, 109U) << lost;
-    EXPECT_NE(explain_returns(judgement), "");
+    const ScanCheck check = check_scan(s.view());
+    EXPECT_TRUE(check.usable()) << lost << ": nine of ten lost beams are no reason to stop";
+    EXPECT_EQ(check.returns, 109U) << lost;
+    EXPECT_NE(describe_returns(check), "");
     for (std::size_t i = 0; i < s.ranges.size(); ++i)
       if (i > 2) s.ranges[i] = lost;
     EXPECT_EQ(s.fault(), ScanFault::no_returns) << lost;
@@ -123,25 +125,25 @@ TEST(ScanCheck, a_lidar_without_beams_ahead_is_refused_wherever_its_seam_is) {
 TEST(ScanCheck, a_sweep_longer_than_the_period_is_not_deskewed) {
   Sample s;
   s.scan.time_increment = 0.025 / 1080.0;
-  EXPECT_TRUE(judge(s.view(), {.period = 0.025}).time_usable);
+  EXPECT_TRUE(check_scan(s.view(), {.period = 0.025}).time_usable);
   EXPECT_EQ(with_usable_time(s.view(), 0.025).time_increment, s.scan.time_increment);
   s.scan.time_increment = 0.040 / 1080.0;
   const ScanContext context{.period = 0.025};
-  EXPECT_FALSE(judge(s.view(), context).time_usable);
-  EXPECT_TRUE(judge(s.view(), context).usable()) << "a remark, not a fault";
-  EXPECT_NE(explain_time(s.view(), context, judge(s.view(), context)), "");
+  EXPECT_FALSE(check_scan(s.view(), context).time_usable);
+  EXPECT_TRUE(check_scan(s.view(), context).usable()) << "a remark, not a fault";
+  EXPECT_NE(describe_time(s.view(), context, check_scan(s.view(), context)), "");
   EXPECT_EQ(with_usable_time(s.view(), 0.025).time_increment, 0.0);
-  EXPECT_TRUE(judge(s.view()).time_usable) << "the period is unknown";
+  EXPECT_TRUE(check_scan(s.view()).time_usable) << "the period is unknown";
   s.scan.time_increment = 1.0 / 1080.0;
-  EXPECT_FALSE(judge(s.view()).time_usable) << "no LiDAR takes a second";
+  EXPECT_FALSE(check_scan(s.view()).time_usable) << "no LiDAR takes a second";
 }
 
 TEST(ScanCheck, a_remark_on_the_sweep_names_the_period_only_if_it_is_known) {
   Sample s;
   s.scan.time_increment = 1.0 / 1080.0;
-  const std::string known = explain_time(s.view(), {.period = 0.025}, judge(s.view(), {.period = 0.025}));
+  const std::string known = describe_time(s.view(), {.period = 0.025}, check_scan(s.view(), {.period = 0.025}));
   EXPECT_NE(known.find("longer than the scan period of 0.025 s:"), std::string::npos) << known;
-  const std::string unknown = explain_time(s.view(), {}, judge(s.view()));
+  const std::string unknown = describe_time(s.view(), {}, check_scan(s.view()));
   EXPECT_EQ(unknown.find("scan period of"), std::string::npos) << unknown;
   EXPECT_NE(unknown.find("the scan period is not known"), std::string::npos) << unknown;
 }
@@ -149,7 +151,7 @@ TEST(ScanCheck, a_remark_on_the_sweep_names_the_period_only_if_it_is_known) {
 TEST(ScanPeriod, is_the_first_interval_and_then_changes_slowly) {
   ScanPeriod period;
   EXPECT_EQ(period.seconds(), 0.0);
-  for (const double none : {0.0, -0.1, nan, inf, 2.0 * longest_pause}) period.learn(none);
+  for (const double none : {0.0, -0.1, nan, inf, 2.0 * max_pause}) period.learn(none);
   EXPECT_EQ(period.seconds(), 0.0) << "unknown";
   period.learn(0.1);
   EXPECT_EQ(period.seconds(), 0.1);
@@ -176,8 +178,8 @@ TEST(ScanCheck, every_fault_has_a_name_and_a_reason) {
   for (int fault = 1; fault <= static_cast<int>(ScanFault::nothing_in_reach); ++fault) {
     const auto kind = static_cast<ScanFault>(fault);
     EXPECT_STRNE(to_string(kind), "unknown");
-    EXPECT_NE(explain_fault({}, {}, {.fault = kind}), "unknown");
-    EXPECT_NE(explain_fault({}, {}, {.fault = kind}), "");
+    EXPECT_NE(describe_fault({}, {}, {.fault = kind}), "unknown");
+    EXPECT_NE(describe_fault({}, {}, {.fault = kind}), "");
   }
 }
 

@@ -218,10 +218,10 @@ TEST(Sides, a_side_ends_where_its_next_section_is_farther_away_than_chain_gap) {
     scene.add(scene::left, {{-5.0, 1.0}, {7.0 - gap, 1.0}}).add(scene::left, {{7.0, 1.0}, {9.5, 1.0}});
     Sides s(scene.scan({0.0, 0.0, 0.0}));
     s.choose();
-    double furthest = 0.0;
+    double farthest = 0.0;
     for (std::size_t i = 0; i < s.walls.left.size(); ++i)
-      furthest = std::max(furthest, static_cast<double>(s.walls.left.x[i]));
-    EXPECT_EQ(furthest > 9.0, gap < s.params.chain_gap) << gap;
+      farthest = std::max(farthest, static_cast<double>(s.walls.left.x[i]));
+    EXPECT_EQ(farthest > 9.0, gap < s.params.chain_gap) << gap;
   }
 }
 

@@ -20,7 +20,7 @@ void push_wall(WallSide& side, double x0, double y0, double x1, double y1, bool 
   }
 }
 
-Sight mirrored(const Sight& sight) { return {sight.x, -sight.y, -sight.shadow, sight.way_on}; }
+Sight mirrored(const Sight& sight) { return {sight.x, -sight.y, -sight.shadow, sight.track_continues}; }
 
 // The line of sight from the LiDAR past a point.
 Sight sight_past(double x, double y, float shadow) {
@@ -47,7 +47,7 @@ TEST(Centerline, between_two_walls_it_is_the_middle_and_the_width_is_exact) {
     ASSERT_GT(line.points.size(), 40U);
     for (const CenterlinePoint& p : line.points) {
       EXPECT_NEAR(p.y, -0.2, 0.005) << half;
-      if (p.support == Support::both) {
+      if (p.support == WallSupport::both) {
         EXPECT_NEAR(p.width, 2.0 * half, 0.01);
       }
     }
@@ -69,7 +69,7 @@ TEST(Centerline, a_single_wall_is_offset_by_half_the_remembered_width) {
     push_wall(walls.left, -2.0, 0.7, 10.0, 0.7);
     for (const CenterlinePoint& p : trace(walls, width).points) {
       EXPECT_NEAR(p.y, 0.7 - 0.5 * width, 0.02);
-      EXPECT_EQ(p.support, Support::left);
+      EXPECT_EQ(p.support, WallSupport::left);
     }
     LocalWalls other;
     push_wall(other.right, -2.0, -0.7, 10.0, -0.7);
@@ -88,7 +88,7 @@ TEST(Centerline, walls_farther_apart_than_width_max_are_no_pair_and_the_nearer_o
     ASSERT_GT(wide.points.size(), 40U);
     for (const CenterlinePoint& p : wide.points) {
       EXPECT_TRUE(p.wide);
-      EXPECT_EQ(p.support, side > 0.0 ? Support::left : Support::right);
+      EXPECT_EQ(p.support, side > 0.0 ? WallSupport::left : WallSupport::right);
       EXPECT_NEAR(p.y * side, 1.5 - 0.5 * 2.0, 0.02) << "half the remembered width from the nearer wall";
     }
     for (const CenterlinePoint& p : between(params.width_max - 0.1).points) {
@@ -177,7 +177,7 @@ TEST(Centerline, walls_narrower_than_the_car_end_it) {
   push_wall(walls.right, -2.0, -1.0, 6.0, -0.05);
   push_wall(walls.left, -2.0, 1.0, 6.0, 0.05);
   const Centerline line = trace(walls);
-  EXPECT_EQ(line.end, LineEnd::narrow);
+  EXPECT_EQ(line.end, LineEnd::too_narrow);
   for (const CenterlinePoint& p : line.points) EXPECT_GT(p.width, CarGeometry{}.width);
 }
 

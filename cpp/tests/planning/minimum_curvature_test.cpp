@@ -30,7 +30,7 @@ Buffer<CenterlinePoint> line_of(const scene::Course& course, double from, double
     const Pose2 p = course.at(along);
     const double dx = p.x - car.x;
     const double dy = p.y - car.y;
-    line.push({c * dx + s * dy, -s * dx + c * dy, width, Support::both, {}, {}});
+    line.push({c * dx + s * dy, -s * dx + c * dy, width, WallSupport::both, {}, {}});
   }
   return line;
 }

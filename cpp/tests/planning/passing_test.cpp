@@ -11,7 +11,7 @@ Centerline line_with_room(double half_width, double narrow_at, double narrow_hal
   for (int i = 0; i < 60; ++i) {
     const double x = 0.15 * i;
     const double half = std::abs(x - narrow_at) < 0.2 ? narrow_half_width : half_width;
-    line.points.push({x, 0.0, 2.0 * half, Support::both, {x, -half}, {x, half}});
+    line.points.push({x, 0.0, 2.0 * half, WallSupport::both, {x, -half}, {x, half}});
   }
   return line;
 }

@@ -17,7 +17,7 @@ Buffer<Point2> buffer_of(const std::vector<Point2>& points) {
 }
 Buffer<CenterlinePoint> line_of(const std::vector<Point2>& points) {
   Buffer<CenterlinePoint> buffer(max_line_points);
-  for (const Point2& p : points) buffer.push({p.x, p.y, 2.0, Support::both, {}, {}});
+  for (const Point2& p : points) buffer.push({p.x, p.y, 2.0, WallSupport::both, {}, {}});
   return buffer;
 }
 Buffer<Point2> circle(double radius, double step, int count) {
@@ -231,8 +231,8 @@ TEST(Path, the_nearest_point_is_the_nearest_of_all) {
 
 TEST(Smoothing, between_walls_no_point_comes_closer_than_the_margin) {
   Buffer<CenterlinePoint> line(max_line_points);
-  for (int i = 0; i <= 20; ++i) line.push({0.15 * i, 0.0, 1.4, Support::both, {}, {}});
-  for (int i = 1; i <= 20; ++i) line.push({3.0, 0.15 * i, 1.4, Support::both, {}, {}});
+  for (int i = 0; i <= 20; ++i) line.push({0.15 * i, 0.0, 1.4, WallSupport::both, {}, {}});
+  for (int i = 1; i <= 20; ++i) line.push({3.0, 0.15 * i, 1.4, WallSupport::both, {}, {}});
   TrajectoryParams params;
   params.smoothing_iterations = 200;
   params.smoothing_margin = 0.3;
@@ -240,11 +240,11 @@ TEST(Smoothing, between_walls_no_point_comes_closer_than_the_margin) {
   const double room = 0.5 * 1.4 - 0.5 * car.width - params.smoothing_margin;
   Buffer<Point2> points(max_line_points);
   smooth_between_walls(line, car, params, points);
-  double furthest = 0.0;
+  double farthest = 0.0;
   for (std::size_t i = 0; i < points.size(); ++i)
-    furthest = std::max(furthest, std::hypot(points[i].x - line[i].x, points[i].y - line[i].y));
-  EXPECT_LE(furthest, room + 1e-12);
-  EXPECT_GT(furthest, 0.9 * room);  // it cuts the corner as far as allowed
+    farthest = std::max(farthest, std::hypot(points[i].x - line[i].x, points[i].y - line[i].y));
+  EXPECT_LE(farthest, room + 1e-12);
+  EXPECT_GT(farthest, 0.9 * room);  // it cuts the corner as far as allowed
 }
 
 Buffer<Point2> straight_line(double y, double yaw) {

@@ -194,9 +194,9 @@ struct Labels {
   int wrong_ones = 0;
 };
 
-inline Labels judge_labels(const Trace& trace, const Scene& scene, const Pose2& car, double radius = 1e9) {
+inline Labels count_labels(const Trace& trace, const Scene& scene, const Pose2& car, double radius = 1e9) {
   Labels labels;
-  const auto judge = [&](const WallSide& side, int name) {
+  const auto count = [&](const WallSide& side, int name) {
     for (std::size_t i = 0; i < side.size(); ++i) {
       const auto x = static_cast<double>(side.x[i]);
       const auto y = static_cast<double>(side.y[i]);
@@ -207,8 +207,8 @@ inline Labels judge_labels(const Trace& trace, const Scene& scene, const Pose2& 
       (good ? labels.right_ones : labels.wrong_ones)++;
     }
   };
-  judge(trace.walls.right, right);
-  judge(trace.walls.left, left);
+  count(trace.walls.right, right);
+  count(trace.walls.left, left);
   return labels;
 }
 
@@ -237,8 +237,8 @@ struct Tour {
   double worst_offset = 0.0;  // [m] of the car from the medial line, for a car that drives itself
 };
 
-inline void judge(const Racer& racer, const StepResult& result, const Scene& scene, const Course& course,
-                  const Pose2& car, double s, Tour& tour) {
+inline void evaluate(const Racer& racer, const StepResult& result, const Scene& scene, const Course& course,
+                     const Pose2& car, double s, Tour& tour) {
   ++tour.steps;
   tour.not_ok += result.status != Status::ok;
   tour.short_lines += racer.trace().line.ahead < 1.5;
@@ -247,7 +247,7 @@ inline void judge(const Racer& racer, const StepResult& result, const Scene& sce
     tour.worst_line = error;
     tour.worst_at = s;
   }
-  const Labels labels = judge_labels(racer.trace(), scene, car, 4.0);
+  const Labels labels = count_labels(racer.trace(), scene, car, 4.0);
   tour.wrong_labels += labels.wrong_ones;
   tour.labels += labels.wrong_ones + labels.right_ones;
 }
@@ -264,7 +264,7 @@ Tour carry(Racer& racer, const Scene& scene, const Course& course, double from, 
     Scan scan = scene.scan(car);
     spoil(scan, k);
     const StepResult result = racer.step(scan.view(), {speed, yaw_rate, 0.0}, dt);
-    judge(racer, result, scene, course, car, s, tour);
+    evaluate(racer, result, scene, course, car, s, tour);
   }
   return tour;
 }
@@ -284,7 +284,7 @@ inline Tour drive(Racer& racer, const Scene& scene, const Course& course, double
   double wheel = 0.0;
   while (traveled < to && tour.worst_offset < 3.0 && tour.steps < 4000) {
     const StepResult result = racer.step(scene.scan(car).view(), {speed, yaw_rate, wheel}, dt);
-    judge(racer, result, scene, course, car, traveled, tour);
+    evaluate(racer, result, scene, course, car, traveled, tour);
     speed += std::clamp(result.command.speed - speed, -0.15, 0.15);
     wheel = result.command.steering_angle;
     yaw_rate = speed * std::tan(wheel) / wheelbase;
