@@ -34,15 +34,15 @@ RESULTS_HEAD = """<!-- Written by `make docs` from the tables beside the structs
 
 # Results and traces
 
-What a race, a step and a log leave behind: names, units and meanings. Each table stands beside its C++ struct; the
-Python objects and dicts, `--json`, the columns of logs and this page loop over it. SI units; x to the front, y to the
-left, angles counter-clockwise. A trace is in `base_link`, a race in the map frame.
+Results of races, steps and logs: names, units and meanings. Each table is defined next to its C++ struct; the Python
+objects and dicts, `--json`, the columns of logs and this page loop over it. SI units; x forward, y left, angles
+counterclockwise. Traces are in `base_link`, races in the map frame.
 """
 RESULTS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
     (
         "Inputs and commands",
-        "`firstlap._core.LaserScan` and `VehicleState` are what every driver, the mapper and the localizer take; "
-        "`StepResult` is what a driver gives, as a tuple.",
+        "Drivers, mapping and localization take a `firstlap._core.LaserScan` and a `VehicleState`; drivers return a "
+        "`StepResult` as a tuple.",
         ("LaserScan", "VehicleState", "StepResult"),
     ),
     (
@@ -54,21 +54,20 @@ RESULTS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
     ),
     (
         "Trace of `local`",
-        "`Racer.trace`, a dict. A struct in it is a dict, many of a struct are a dict of arrays, and `candidates` "
-        "is a list of tuples. Points are arrays (N, 2) of x, y.",
+        "`Racer.trace` returns a dict. A nested struct is a dict, a sequence of structs a dict of arrays, and "
+        "`candidates` a list of tuples. Points are arrays (N, 2) of x, y.",
         ("Trace", "Section", "SplitCandidate", "WallSide", "Centerline", "TrajectoryPoint", "SteeringTerms"),
     ),
     (
         "Traces of `gap`, `disparity` and `pid`",
-        "As above; directions are in the laser's frame.",
+        "As above; directions are in the LiDAR's frame.",
         ("FollowTheGap", "DisparityExtender", "CenterPid", "WallEstimate"),
     ),
-    ("Localization", "What `Localizer.step` gives, an object.", ("Estimate",)),
+    ("Localization", "Returned by `Localizer.step`, an object.", ("Estimate",)),
     (
         "Steps of a log",
         "Columns of `_core.replay` and `_core.LoggedDriver`, one entry per scan. `left`, `right`, `line` and `path`"
-        " hold the rows of all scans, one scan after the other; `left_size` and so on are the number of rows of "
-        "each scan.",
+        " hold the rows of all scans, concatenated; `left_size` etc. are the numbers of rows of each scan.",
         ("LoggedStep", "LoggedTrace", "left", "right", "line", "path"),
     ),
 )

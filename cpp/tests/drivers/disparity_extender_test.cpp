@@ -60,8 +60,8 @@ TEST(DisparityExtender, DoesNotTurnTowardASideWithoutClearance) {
   DisparityExtenderParams params;
   params.disparity.side_clearance = 0.2;
   params.disparity.tolerance = 0.0;
-  const auto corner = [&](double room) {  // the left wall ends beside the car, the track continues on the left
-    const double y = 0.5 * params.car.width + room;
+  const auto corner = [&](double clearance) {  // the left wall ends beside the car, the track continues on the left
+    const double y = 0.5 * params.car.width + clearance;
     scene::Scene scene;
     scene.add(scene::right, {{-9, -1}, {2.5, -1}, {2.5, 9}});
     scene.add(scene::left, {{-9, y}, {0.2, y}, {0.2, 9}});

@@ -208,13 +208,13 @@ TEST(RacerStages, the_path_is_the_spline_through_the_points_of_the_smoothed_line
   Racer racer{params};
   ASSERT_EQ(settle(racer, course.walls(1.8).scan(course.at(2.5)), 2.0).status, Status::ok);
   const Trace& trace = racer.trace();
-  Buffer<Point2> keys(max_line_points);
-  simplify_opheim(trace.smoothed, params.trajectory.opheim_min, params.trajectory.opheim_max, keys);
-  ASSERT_LT(2 * keys.size(), trace.smoothed.size()) << "most points of the line are redundant";
-  ASSERT_EQ(trace.simplified.size(), keys.size());
+  Buffer<Point2> knots(max_line_points);
+  simplify_opheim(trace.smoothed, params.trajectory.opheim_min, params.trajectory.opheim_max, knots);
+  ASSERT_LT(2 * knots.size(), trace.smoothed.size()) << "most points of the line are redundant";
+  ASSERT_EQ(trace.simplified.size(), knots.size());
   Spline spline(max_line_points);
   Buffer<TrajectoryPoint> path(max_path_points);
-  sample_path(keys, params.trajectory.sample, params.trajectory.end_hold, spline, path);
+  sample_path(knots, params.trajectory.sample, params.trajectory.end_hold, spline, path);
   ASSERT_EQ(trace.path.size(), path.size());
   for (std::size_t i = 0; i < path.size(); ++i) {
     EXPECT_EQ(trace.path[i].x, path[i].x);

@@ -36,8 +36,8 @@ TEST(PlanSpeed, StaysNearTheMeasuredSpeedExceptForAStop) {
 
 TEST(PlanSpeed, BrakesAsPlannedForAnyMeasuredSpeed) {
   const SpeedParams p;
-  for (const double reads : {4.0, 4.6, 8.0})
-    EXPECT_LE(plan_speed(0.4, 0.0, {reads, 4.0, 0.1}, p), 4.0 + p.a_x_min * 0.1) << reads;
+  for (const double measured : {4.0, 4.6, 8.0})
+    EXPECT_LE(plan_speed(0.4, 0.0, {measured, 4.0, 0.1}, p), 4.0 + p.a_x_min * 0.1) << measured;
   EXPECT_NEAR(plan_speed(0.4, 0.0, {8.0, 4.0, 0.1}, p), 4.0 + p.a_x_min * 0.1, 1e-12);
 }
 
@@ -111,9 +111,9 @@ TEST(FreeAlongArc, AgreesWithMovingTheCarAlongItsCircle) {
 
 TEST(LateralClearance, IsMeasuredFromTheSides) {
   const CarGeometry car;
-  const LateralClearance room = lateral_clearance(points_of({{0.2, 0.4}, {0.2, -0.3}, {2.0, 0.1}}), car);
-  EXPECT_NEAR(room.left, 0.4 - 0.5 * car.width, 1e-12);
-  EXPECT_NEAR(room.right, 0.3 - 0.5 * car.width, 1e-12);
+  const LateralClearance clearance = lateral_clearance(points_of({{0.2, 0.4}, {0.2, -0.3}, {2.0, 0.1}}), car);
+  EXPECT_NEAR(clearance.left, 0.4 - 0.5 * car.width, 1e-12);
+  EXPECT_NEAR(clearance.right, 0.3 - 0.5 * car.width, 1e-12);
 }
 
 }  // namespace

@@ -63,14 +63,14 @@ TEST(ForwardError, SearchesAlongAWallAndGloballyIfThatEndsFarAway) {
   EXPECT_GT(WallSearch(side, 0).nearest_onwards(0.0, 0.0, 0.3).distance, 1e9);
 }
 
-SpeedScale after(double seconds, double true_speed, double reads, double command) {
+SpeedScale after(double seconds, double true_speed, double measured, double command) {
   const SpeedScaleParams params;
   SpeedScale scale;
   const double dt = 0.025;
   for (double t = 0.0; t < seconds; t += dt) {
-    learn_from_command(command, reads, dt, params, scale);
-    const double taken = reads * measured_speed_scale(scale, params);
-    learn_from_walls({(true_speed - taken) * dt, 1e6}, taken * dt, reads * dt, dt, params, scale);
+    learn_from_command(command, measured, dt, params, scale);
+    const double assumed = measured * measured_speed_scale(scale, params);
+    learn_from_walls({(true_speed - assumed) * dt, 1e6}, assumed * dt, measured * dt, dt, params, scale);
   }
   return scale;
 }

@@ -227,11 +227,11 @@ TEST(Sides, a_side_ends_where_its_next_section_is_farther_away_than_chain_gap) {
 
 // The wall facing the car at the end of a straight has lost some beams; the track continues around the right wall.
 TEST(Sides, the_track_does_not_continue_through_a_hole_in_one_wall) {
-  scene::Scene bend;
-  bend.add(scene::left, {{-4.0, 1.0}, {5.0, 1.0}, {5.0, -0.2}});
-  bend.add(scene::left, {{5.0, -1.6}, {5.0, -4.5}, {-4.0, -4.5}});
-  bend.add(scene::right, {{-4.0, -1.0}, {2.0, -1.0}, {2.0, -1.3}, {-4.0, -1.3}});
-  Sides s(bend.scan({0.0, 0.0, 0.0}));
+  scene::Scene corner;
+  corner.add(scene::left, {{-4.0, 1.0}, {5.0, 1.0}, {5.0, -0.2}});
+  corner.add(scene::left, {{5.0, -1.6}, {5.0, -4.5}, {-4.0, -4.5}});
+  corner.add(scene::right, {{-4.0, -1.0}, {2.0, -1.0}, {2.0, -1.3}, {-4.0, -1.3}});
+  Sides s(corner.scan({0.0, 0.0, 0.0}));
   s.choose();
   ASSERT_GT(s.candidates.count, 1U);
   double lowest = 1.0;

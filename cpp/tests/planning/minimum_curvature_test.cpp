@@ -15,7 +15,7 @@ namespace {
 
 constexpr double margin = 0.3;
 
-MinimumCurvatureParams bending() {
+MinimumCurvatureParams with_passes() {
   MinimumCurvatureParams params;
   params.bend_passes = 30;
   return params;
@@ -35,31 +35,32 @@ Buffer<CenterlinePoint> line_of(const scene::Course& course, double from, double
   return line;
 }
 
-struct Bent {
+struct Result {
   Buffer<Point2> smoothed{max_line_points};
   Buffer<Point2> points{max_line_points};
-  Buffer<ControlPoint> keys{max_control_points};
-  bool bent = false;
+  Buffer<ControlPoint> control_points{max_control_points};
+  bool found = false;
 };
 
-Bent bend(const Buffer<CenterlinePoint>& line, const MinimumCurvatureParams& bending, double curvature = 0.0) {
-  Bent found;
+Result optimize(const Buffer<CenterlinePoint>& line, const MinimumCurvatureParams& curvature_params,
+                double curvature = 0.0) {
+  Result result;
   Params params;
-  params.minimum_curvature = bending;
+  params.minimum_curvature = curvature_params;
   params.trajectory.smoothing_margin = margin;
-  smooth_between_walls(line, params.car, params.trajectory, found.smoothed);
-  found.points.assign(found.smoothed.span());
-  found.bent = minimum_curvature_path(
+  smooth_between_walls(line, params.car, params.trajectory, result.smoothed);
+  result.points.assign(result.smoothed.span());
+  result.found = minimum_curvature_path(
       line, {curvature, 0.5 * params.car.width + params.trajectory.smoothing_margin, params.centerline.spacing},
-      params.minimum_curvature, found.keys, found.points);
-  return found;
+      params.minimum_curvature, result.control_points, result.points);
+  return result;
 }
 
 // [1/m] of the path through these control points, ahead of base_link and up to `to` meters.
-double sharpest(const Buffer<Point2>& keys, double to) {
+double sharpest(const Buffer<Point2>& knots, double to) {
   Spline spline(max_line_points);
   Buffer<TrajectoryPoint> path(max_path_points);
-  sample_path(keys, 0.1, 0.5, spline, path);
+  sample_path(knots, 0.1, 0.5, spline, path);
   double most = 0.0;
   for (const TrajectoryPoint& p : path)
     if (p.x > 0.0 && p.s < to) most = std::max(most, std::abs(p.curvature));
@@ -70,44 +71,44 @@ double sharpest(const Buffer<Point2>& keys, double to) {
 scene::Course corner() { return scene::Course{}.straight(6.0).turn(1.5, 0.5 * std::numbers::pi).straight(6.0); }
 
 TEST(MinimumCurvature, a_car_in_the_middle_of_a_straight_goes_straight_on) {
-  const auto found = bend(line_of(scene::Course{}.straight(12.0), 1.1, 11.0, 2.0, {2.0, 0.0, 0.0}), bending());
-  ASSERT_TRUE(found.bent);
-  for (const Point2& p : found.points) EXPECT_NEAR(p.y, 0.0, 1e-9);
+  const auto result = optimize(line_of(scene::Course{}.straight(12.0), 1.1, 11.0, 2.0, {2.0, 0.0, 0.0}), with_passes());
+  ASSERT_TRUE(result.found);
+  for (const Point2& p : result.points) EXPECT_NEAR(p.y, 0.0, 1e-9);
 }
 
 TEST(MinimumCurvature, the_path_starts_on_the_arc_of_the_car) {
   for (const double curvature : {-0.8, 0.0, 0.4}) {
-    const auto params = bending();
-    const auto found =
-        bend(line_of(scene::Course{}.straight(12.0), 1.1, 11.0, 2.0, {2.0, 0.3, 0.1}), params, curvature);
-    ASSERT_TRUE(found.bent);
+    const auto params = with_passes();
+    const auto result =
+        optimize(line_of(scene::Course{}.straight(12.0), 1.1, 11.0, 2.0, {2.0, 0.3, 0.1}), params, curvature);
+    ASSERT_TRUE(result.found);
     for (std::size_t i = 0; i < 2; ++i)
-      EXPECT_NEAR(found.points[i].y, 0.5 * curvature * found.points[i].x * found.points[i].x, 1e-12);
-    EXPECT_DOUBLE_EQ(found.points[1].x, params.bend_lead);
-    EXPECT_DOUBLE_EQ(found.points[0].x, params.bend_lead - params.bend_spacing);
+      EXPECT_NEAR(result.points[i].y, 0.5 * curvature * result.points[i].x * result.points[i].x, 1e-12);
+    EXPECT_DOUBLE_EQ(result.points[1].x, params.bend_lead);
+    EXPECT_DOUBLE_EQ(result.points[0].x, params.bend_lead - params.bend_spacing);
   }
 }
 
 TEST(MinimumCurvature, it_swings_out_before_a_corner_cuts_it_and_has_less_curvature_than_the_smoothed_line) {
   const scene::Course course = corner();
   const auto line = line_of(course, 1.1, 12.0, 3.0, {2.0, 0.0, 0.0});
-  const auto found = bend(line, bending());
-  ASSERT_TRUE(found.bent);
+  const auto result = optimize(line, with_passes());
+  ASSERT_TRUE(result.found);
   double out = 0.0;
   double in = 0.0;
-  for (const ControlPoint& key : found.keys) {
-    out = std::min(out, key.offset);
-    in = std::max(in, key.offset);
+  for (const ControlPoint& point : result.control_points) {
+    out = std::min(out, point.offset);
+    in = std::max(in, point.offset);
   }
   EXPECT_LT(out, -0.05);  // to the right before a left-hand corner
   EXPECT_GT(in, 0.1);
-  EXPECT_LT(sharpest(found.points, 9.0), 0.8 * sharpest(found.smoothed, 9.0));
+  EXPECT_LT(sharpest(result.points, 9.0), 0.8 * sharpest(result.smoothed, 9.0));
 }
 
 TEST(MinimumCurvature, a_mirrored_track_gives_the_mirrored_path) {
-  const auto left = bend(line_of(corner(), 1.1, 12.0, 2.0, {2.0, 0.2, 0.1}), bending(), 0.2);
+  const auto left = optimize(line_of(corner(), 1.1, 12.0, 2.0, {2.0, 0.2, 0.1}), with_passes(), 0.2);
   const scene::Course mirror = scene::Course{}.straight(6.0).turn(1.5, -0.5 * std::numbers::pi).straight(6.0);
-  const auto right = bend(line_of(mirror, 1.1, 12.0, 2.0, {2.0, -0.2, -0.1}), bending(), -0.2);
+  const auto right = optimize(line_of(mirror, 1.1, 12.0, 2.0, {2.0, -0.2, -0.1}), with_passes(), -0.2);
   ASSERT_EQ(left.points.size(), right.points.size());
   for (std::size_t i = 0; i < left.points.size(); ++i) {
     EXPECT_NEAR(left.points[i].x, right.points[i].x, 1e-9);
@@ -126,12 +127,12 @@ TEST(MinimumCurvature, no_control_point_comes_closer_to_a_wall_than_the_margin) 
     const scene::Course course = scene::Course{}.straight(5.0).turn(radius, angle).straight(8.0);
     const Pose2 car = course.at(random.uniform(1.0, 5.0), random.uniform(-0.2, 0.2));
     const auto line = line_of(course, 0.2, 12.0, width, car);
-    const auto found = bend(line, bending(), random.uniform(-0.5, 0.5));
-    if (!found.bent) continue;
-    const double room = std::max(0.0, 0.5 * width - 0.5 * CarGeometry{}.width - margin);
-    for (std::size_t i = 2; i < found.points.size(); ++i) {
-      const double off = course.distance(scene::to_world(car, found.points[i].x, found.points[i].y));
-      ASSERT_LE(off, room + 0.02) << scene::how_to_repeat(seed, run);  // the medial line is a polyline
+    const auto result = optimize(line, with_passes(), random.uniform(-0.5, 0.5));
+    if (!result.found) continue;
+    const double clearance = std::max(0.0, 0.5 * width - 0.5 * CarGeometry{}.width - margin);
+    for (std::size_t i = 2; i < result.points.size(); ++i) {
+      const double off = course.distance(scene::to_world(car, result.points[i].x, result.points[i].y));
+      ASSERT_LE(off, clearance + 0.02) << scene::how_to_repeat(seed, run);  // the medial line is a polyline
     }
   }
 }
@@ -139,19 +140,20 @@ TEST(MinimumCurvature, no_control_point_comes_closer_to_a_wall_than_the_margin) 
 TEST(MinimumCurvature, a_tight_corner_is_not_cut) {
   const scene::Course course = scene::Course{}.straight(6.0).turn(1.05, std::numbers::pi).straight(6.0);
   const auto line = line_of(course, 1.1, 14.0, 2.0, {4.0, 0.0, 0.0});
-  const auto found = bend(line, bending());
-  ASSERT_TRUE(found.bent);
-  for (std::size_t i = 2; i < 7; ++i) EXPECT_LE(found.keys[i].high, 0.0) << i;  // the corner and 3 m before it
-  auto cutting = bending();
+  const auto result = optimize(line, with_passes());
+  ASSERT_TRUE(result.found);
+  for (std::size_t i = 2; i < 7; ++i)
+    EXPECT_LE(result.control_points[i].high, 0.0) << i;  // the corner and 3 m before it
+  auto cutting = with_passes();
   cutting.bend_radius = 0.0;
-  EXPECT_GT(bend(line, cutting).keys[4].high, 0.0);
+  EXPECT_GT(optimize(line, cutting).control_points[4].high, 0.0);
 }
 
 TEST(MinimumCurvature, toward_the_end_of_the_line_the_path_returns_to_it) {
-  const auto found = bend(line_of(scene::Course{}.straight(14.0), 1.1, 12.0, 2.0, {2.0, 0.0, 0.0}), bending());
-  ASSERT_TRUE(found.bent);
-  const auto free = [&](std::size_t i) { return found.keys[i].high - found.keys[i].low; };
-  const std::size_t last = found.keys.size() - 1;
+  const auto result = optimize(line_of(scene::Course{}.straight(14.0), 1.1, 12.0, 2.0, {2.0, 0.0, 0.0}), with_passes());
+  ASSERT_TRUE(result.found);
+  const auto free = [&](std::size_t i) { return result.control_points[i].high - result.control_points[i].low; };
+  const std::size_t last = result.control_points.size() - 1;
   EXPECT_LT(free(last), 0.35 * free(2));
   for (std::size_t i = 3; i <= last; ++i) EXPECT_LE(free(i), free(i - 1) + 1e-9);
 }
@@ -159,26 +161,26 @@ TEST(MinimumCurvature, toward_the_end_of_the_line_the_path_returns_to_it) {
 TEST(MinimumCurvature, no_passes_or_a_line_too_short_change_nothing) {
   const auto whole = line_of(scene::Course{}.straight(12.0), 1.1, 11.0, 2.0, {2.0, 0.3, 0.0});
   const auto brief = line_of(scene::Course{}.straight(12.0), 1.1, 3.5, 2.0, {2.0, 0.3, 0.0});
-  for (const auto& [line, params] : {std::pair{whole, MinimumCurvatureParams{}}, std::pair{brief, bending()}}) {
-    const auto found = bend(line, params);
-    EXPECT_FALSE(found.bent);
-    ASSERT_EQ(found.points.size(), found.smoothed.size());
-    for (std::size_t i = 0; i < found.points.size(); ++i) EXPECT_EQ(found.points[i].y, found.smoothed[i].y);
+  for (const auto& [line, params] : {std::pair{whole, MinimumCurvatureParams{}}, std::pair{brief, with_passes()}}) {
+    const auto result = optimize(line, params);
+    EXPECT_FALSE(result.found);
+    ASSERT_EQ(result.points.size(), result.smoothed.size());
+    for (std::size_t i = 0; i < result.points.size(); ++i) EXPECT_EQ(result.points[i].y, result.smoothed[i].y);
   }
 }
 
 // The energy at convergence, compared with other paths through the same corner.
 TEST(MinimumCurvature, many_passes_minimize_the_integral_of_squared_curvature) {
-  auto params = bending();
+  auto params = with_passes();
   params.bend_passes = 200;
-  auto found = bend(line_of(corner(), 1.1, 12.0, 2.0, {2.0, 0.2, 0.0}), params);
-  ASSERT_TRUE(found.bent);
+  auto result = optimize(line_of(corner(), 1.1, 12.0, 2.0, {2.0, 0.2, 0.0}), params);
+  ASSERT_TRUE(result.found);
   const auto energy = [&] {
     double sum = 0.0;
-    for (std::size_t i = 1; i + 1 < found.keys.size(); ++i) {
-      const Point2& a = found.keys[i - 1].at;
-      const Point2& b = found.keys[i].at;
-      const Point2& c = found.keys[i + 1].at;
+    for (std::size_t i = 1; i + 1 < result.control_points.size(); ++i) {
+      const Point2& a = result.control_points[i - 1].at;
+      const Point2& b = result.control_points[i].at;
+      const Point2& c = result.control_points[i + 1].at;
       const double before = std::hypot(b.x - a.x, b.y - a.y);
       const double after = std::hypot(c.x - b.x, c.y - b.y);
       const double turn =
@@ -189,12 +191,12 @@ TEST(MinimumCurvature, many_passes_minimize_the_integral_of_squared_curvature) {
   };
   const double least = energy();
   scene::RandomInputs random(scene::seed_or(5));
-  const Buffer<ControlPoint> rest = found.keys;
+  const Buffer<ControlPoint> rest = result.control_points;
   for (int run = 0; run < 200; ++run) {
     for (std::size_t i = 2; i < rest.size(); ++i) {
-      ControlPoint& key = found.keys[i];
-      const double offset = std::clamp(rest[i].offset + random.uniform(-0.15, 0.15), key.low, key.high);
-      key.at = {key.on_line.x + offset * key.normal.x, key.on_line.y + offset * key.normal.y};
+      ControlPoint& point = result.control_points[i];
+      const double offset = std::clamp(rest[i].offset + random.uniform(-0.15, 0.15), point.low, point.high);
+      point.at = {point.on_line.x + offset * point.normal.x, point.on_line.y + offset * point.normal.y};
     }
     EXPECT_GT(energy(), 0.99 * least) << run;
   }
@@ -202,7 +204,7 @@ TEST(MinimumCurvature, many_passes_minimize_the_integral_of_squared_curvature) {
 
 TEST(MinimumCurvature, a_car_drives_corners_and_a_hairpin_along_it) {
   Params params;
-  params.minimum_curvature = bending();
+  params.minimum_curvature = with_passes();
   params.trajectory.smoothing_margin = 0.2;
   const scene::Course course =
       scene::Course{}.straight(4.0).turn(1.5, 1.5).straight(2.0).turn(1.5, -1.5).straight(2.0).turn(1.2, 3.1).straight(

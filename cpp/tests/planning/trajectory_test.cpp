@@ -104,7 +104,7 @@ TEST(Smoothing, it_shrinks_a_circle_by_half_sigma_squared_times_its_curvature) {
 struct Worked {
   const char* name;
   std::vector<Point2> points;
-  std::vector<std::size_t> keys;
+  std::vector<std::size_t> knots;
 };
 const Worked worked[] = {
     {"a straight line keeps the last point before the longest step",
@@ -130,23 +130,23 @@ const Worked worked[] = {
 
 TEST(Opheim, it_agrees_with_vectors_worked_by_hand) {
   for (const Worked& w : worked) {
-    Buffer<Point2> keys(max_line_points);
-    simplify_opheim(buffer_of(w.points), 0.1, 1.0, keys);
-    ASSERT_EQ(keys.size(), w.keys.size()) << w.name;
-    for (std::size_t i = 0; i < keys.size(); ++i) {
-      EXPECT_EQ(keys[i].x, w.points[w.keys[i]].x) << w.name << ", kept point " << i;
-      EXPECT_EQ(keys[i].y, w.points[w.keys[i]].y) << w.name << ", kept point " << i;
+    Buffer<Point2> knots(max_line_points);
+    simplify_opheim(buffer_of(w.points), 0.1, 1.0, knots);
+    ASSERT_EQ(knots.size(), w.knots.size()) << w.name;
+    for (std::size_t i = 0; i < knots.size(); ++i) {
+      EXPECT_EQ(knots[i].x, w.points[w.knots[i]].x) << w.name << ", kept point " << i;
+      EXPECT_EQ(knots[i].y, w.points[w.knots[i]].y) << w.name << ", kept point " << i;
     }
   }
 }
 
 TEST(Opheim, a_zero_tolerance_is_a_copy) {
   const auto points = buffer_of({{0, 0}, {0.1, 0}, {0.2, 0}, {0.3, 0}});
-  Buffer<Point2> keys(max_line_points);
-  simplify_opheim(points, 0.0, 1.0, keys);
-  EXPECT_EQ(keys.size(), 4U);
-  simplify_opheim(points, 0.1, 0.0, keys);
-  EXPECT_EQ(keys.size(), 4U);
+  Buffer<Point2> knots(max_line_points);
+  simplify_opheim(points, 0.0, 1.0, knots);
+  EXPECT_EQ(knots.size(), 4U);
+  simplify_opheim(points, 0.1, 0.0, knots);
+  EXPECT_EQ(knots.size(), 4U);
 }
 
 TEST(Opheim, kept_points_are_in_order_and_include_both_ends) {
@@ -156,15 +156,15 @@ TEST(Opheim, kept_points_are_in_order_and_include_both_ends) {
     Buffer<Point2> points(max_line_points);
     const int n = random.integer(3, 100);
     for (int i = 0; i < n; ++i) points.push({0.15 * i, random.uniform(-0.1, 0.1)});
-    Buffer<Point2> keys(max_line_points);
-    simplify_opheim(points, 0.03, 1.0, keys);
+    Buffer<Point2> knots(max_line_points);
+    simplify_opheim(points, 0.03, 1.0, knots);
     std::size_t at = 0;
-    for (const Point2& key : keys) {
-      while (at < points.size() && (points[at].x != key.x || points[at].y != key.y)) ++at;
+    for (const Point2& knot : knots) {
+      while (at < points.size() && (points[at].x != knot.x || points[at].y != knot.y)) ++at;
       ASSERT_LT(at, points.size()) << scene::how_to_repeat(seed, run);
     }
-    ASSERT_EQ(keys.front().x, points.front().x);
-    ASSERT_EQ(keys.back().x, points.back().x);
+    ASSERT_EQ(knots.front().x, points.front().x);
+    ASSERT_EQ(knots.back().x, points.back().x);
   }
 }
 
@@ -237,14 +237,14 @@ TEST(Smoothing, between_walls_no_point_comes_closer_than_the_margin) {
   params.smoothing_iterations = 200;
   params.smoothing_margin = 0.3;
   const CarGeometry car;
-  const double room = 0.5 * 1.4 - 0.5 * car.width - params.smoothing_margin;
+  const double slack = 0.5 * 1.4 - 0.5 * car.width - params.smoothing_margin;
   Buffer<Point2> points(max_line_points);
   smooth_between_walls(line, car, params, points);
   double farthest = 0.0;
   for (std::size_t i = 0; i < points.size(); ++i)
     farthest = std::max(farthest, std::hypot(points[i].x - line[i].x, points[i].y - line[i].y));
-  EXPECT_LE(farthest, room + 1e-12);
-  EXPECT_GT(farthest, 0.9 * room);  // it cuts the corner as far as allowed
+  EXPECT_LE(farthest, slack + 1e-12);
+  EXPECT_GT(farthest, 0.9 * slack);  // it cuts the corner as far as allowed
 }
 
 Buffer<Point2> straight_line(double y, double yaw) {
