@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 class LaserScan:
     """
-    One sweep of a planar LiDAR, as sensor_msgs/LaserScan. The seam between its first and last beam may lie anywhere, and it may turn either way. A range that is not finite, or not between range_min and range_max, is no return (REP 117).
+    One sweep of a planar LiDAR, as sensor_msgs/LaserScan. The seam between first and last beam may be anywhere, and the LiDAR may rotate either way. A range that is not finite, or not between range_min and range_max, is no return (REP 117).
     """
 
     def __init__(self, ranges: Annotated[NDArray[numpy.float32], dict(shape=(None,), order='C', device='cpu', writable=False)], angle_min: float = -2.3561944902, angle_increment: float = 0.00436332313, time_increment: float = 0.0, range_min: float = 0.06, range_max: float = 30.0) -> None:
@@ -23,12 +23,10 @@ class LaserScan:
 
     @property
     def header(self) -> tuple[float, float, float, float, float]:
-        """All but the ranges, in the order of the table."""
+        """All fields but the ranges, in the order of the table."""
 
     def returns(self) -> Annotated[NDArray[numpy.bool_], dict(shape=(None,))]:
-        """
-        (beams,) which beams are returns; the others saw nothing, however that is spelled.
-        """
+        """(beams,) bool: which beams have a return."""
 
     @staticmethod
     def columns() -> list:
@@ -36,26 +34,28 @@ class LaserScan:
 
     @property
     def angle_min(self) -> float:
-        """[rad] of the first beam, in the frame of a laser that looks ahead"""
+        """
+        [rad] direction of the first beam, in the frame of a LiDAR that faces forward
+        """
 
     @property
     def angle_increment(self) -> float:
-        """[rad] between beams, > 0 counter-clockwise"""
+        """[rad] between beams, > 0 counterclockwise"""
 
     @property
     def time_increment(self) -> float:
-        """[s] between beams; 0 when all beams belong to one moment"""
+        """[s] between beams; 0: all beams are measured at the same time"""
 
     @property
     def range_min(self) -> float:
-        """[m] nearer is no return"""
+        """[m] shorter ranges are no return"""
 
     @property
     def range_max(self) -> float:
-        """[m] farther is no return"""
+        """[m] longer ranges are no return"""
 
 class VehicleState:
-    """What the car measures about itself at the end of the sweep."""
+    """State measured by the car at the end of the sweep."""
 
     def __init__(self, speed: float = 0.0, yaw_rate: float = 0.0, steering_angle: float = 0.0) -> None: ...
 
@@ -92,36 +92,36 @@ class VehicleState:
 
 def judge_scan(scan: LaserScan, period: float, angle_max: float) -> tuple:
     """
-    Fault by name ('none'), reason ('' where the scan may be used) and remarks. period: [s] between scans, 0 not known; angle_max: [rad] as its message states it, NaN not known.
+    Returns the fault by name ('none'), the reason ('' if the scan is usable) and remarks. period: [s] between scans, 0 if unknown; angle_max: [rad] as in the message, NaN if unknown.
     """
 
 def usable_sweep_time(time_increment: float, beams: int, period: float) -> float:
     """
-    [s] from the first beam to the last; 0 where time_increment [s] is negative, not finite, or makes it longer than period [s] allows (0: not known).
+    [s] from the first beam to the last; 0 if time_increment [s] is negative, not finite, or gives a longer sweep than period [s] allows (0: unknown).
     """
 
 class ScanPeriod:
     """
-    How often scans come, learned so slowly that a lost one does not matter.
+    The scan period, low-pass filtered so that a lost scan has little effect.
     """
 
     def __init__(self) -> None: ...
 
     def learn(self, dt: float) -> None:
-        """dt: [s] since the scan before."""
+        """dt: [s] since the previous scan."""
 
     @property
     def seconds(self) -> float:
-        """[s] between scans; 0: not known."""
+        """[s] between scans; 0: unknown."""
 
 STATUSES: tuple = ...
 
 class Params:
-    """Every parameter of the method, in sections."""
+    """All parameters of the map-less method, in sections."""
 
     @overload
     def __init__(self) -> None:
-        """Every parameter at its default."""
+        """All parameters at their defaults."""
 
     @overload
     def __init__(self, other: Params) -> None:
@@ -134,7 +134,7 @@ class Params:
         """
 
     def get(self, section: str, name: str) -> object:
-        """One value. Raises KeyError."""
+        """One value. Raises KeyError for an unknown name."""
 
     def set(self, section: str, name: str, value: float) -> None:
         """
@@ -146,40 +146,42 @@ class Params:
 
     def validate(self) -> None:
         """
-        Raises ValueError with field, value and range where a value, or a pair of values, is not allowed.
+        Raises ValueError with field, value and range if a value, or a pair of values, is not allowed.
         """
 
 class Driver:
     """Scan and state in, command out."""
 
     def reset(self) -> None:
-        """Forgets everything."""
+        """Clears the memory of all earlier scans."""
 
     def step(self, scan: LaserScan, state: VehicleState, dt: float) -> tuple:
         """
-        Speed [m/s], wheel angle [rad] and status. dt: [s] since the scan before. Releases the GIL.
+        Returns speed [m/s], steering angle [rad] and status. dt: [s] since the previous scan. Releases the GIL.
         """
 
 class Racer(Driver):
-    """The method: one scan in, one command out."""
+    """The map-less method: one scan in, one command out."""
 
     def __init__(self, params: Params) -> None:
         """Raises ValueError with field, value and range."""
 
     def set_params(self, params: Params) -> None:
         """
-        Changes the parameters while driving. Raises ValueError as the constructor, and then keeps the old ones.
+        Changes the parameters while driving. Raises ValueError as the constructor does; then the old ones stay.
         """
 
     def trace(self) -> dict:
-        """What the last step saw and thought, as numpy arrays in base_link."""
+        """
+        Intermediate results of the last step, as numpy arrays in base_link; see docs/results-format.md.
+        """
 
 class FollowTheGapParams:
-    """Every parameter of the driver, in sections."""
+    """All parameters of the driver, in sections."""
 
     @overload
     def __init__(self) -> None:
-        """Every parameter at its default."""
+        """All parameters at their defaults."""
 
     @overload
     def __init__(self, other: FollowTheGapParams) -> None:
@@ -192,7 +194,7 @@ class FollowTheGapParams:
         """
 
     def get(self, section: str, name: str) -> object:
-        """One value. Raises KeyError."""
+        """One value. Raises KeyError for an unknown name."""
 
     def set(self, section: str, name: str, value: float) -> None:
         """
@@ -204,24 +206,26 @@ class FollowTheGapParams:
 
     def validate(self) -> None:
         """
-        Raises ValueError with field, value and range where a value, or a pair of values, is not allowed.
+        Raises ValueError with field, value and range if a value, or a pair of values, is not allowed.
         """
 
 class FollowTheGap(Driver):
-    """Steers into the best gap."""
+    """Follow the gap: steers into the best gap."""
 
     def __init__(self, params: FollowTheGapParams) -> None:
         """Raises ValueError with field, value and range."""
 
     def trace(self) -> dict:
-        """What the last step saw and thought; angles in the laser's frame."""
+        """
+        Intermediate results of the last step; angles in the LiDAR's frame. See docs/results-format.md.
+        """
 
 class DisparityExtenderParams:
-    """Every parameter of the driver, in sections."""
+    """All parameters of the driver, in sections."""
 
     @overload
     def __init__(self) -> None:
-        """Every parameter at its default."""
+        """All parameters at their defaults."""
 
     @overload
     def __init__(self, other: DisparityExtenderParams) -> None:
@@ -234,7 +238,7 @@ class DisparityExtenderParams:
         """
 
     def get(self, section: str, name: str) -> object:
-        """One value. Raises KeyError."""
+        """One value. Raises KeyError for an unknown name."""
 
     def set(self, section: str, name: str, value: float) -> None:
         """
@@ -246,24 +250,26 @@ class DisparityExtenderParams:
 
     def validate(self) -> None:
         """
-        Raises ValueError with field, value and range where a value, or a pair of values, is not allowed.
+        Raises ValueError with field, value and range if a value, or a pair of values, is not allowed.
         """
 
 class DisparityExtender(Driver):
-    """Steers to where the most way is free."""
+    """Disparity extender: steers to the farthest free direction."""
 
     def __init__(self, params: DisparityExtenderParams) -> None:
         """Raises ValueError with field, value and range."""
 
     def trace(self) -> dict:
-        """What the last step saw and thought; angles in the laser's frame."""
+        """
+        Intermediate results of the last step; angles in the LiDAR's frame. See docs/results-format.md.
+        """
 
 class CenterPidParams:
-    """Every parameter of the driver, in sections."""
+    """All parameters of the driver, in sections."""
 
     @overload
     def __init__(self) -> None:
-        """Every parameter at its default."""
+        """All parameters at their defaults."""
 
     @overload
     def __init__(self, other: CenterPidParams) -> None:
@@ -276,7 +282,7 @@ class CenterPidParams:
         """
 
     def get(self, section: str, name: str) -> object:
-        """One value. Raises KeyError."""
+        """One value. Raises KeyError for an unknown name."""
 
     def set(self, section: str, name: str, value: float) -> None:
         """
@@ -288,42 +294,44 @@ class CenterPidParams:
 
     def validate(self) -> None:
         """
-        Raises ValueError with field, value and range where a value, or a pair of values, is not allowed.
+        Raises ValueError with field, value and range if a value, or a pair of values, is not allowed.
         """
 
 class CenterPid(Driver):
-    """Steers to the middle between the walls."""
+    """PID center following: steers to the center between the walls."""
 
     def __init__(self, params: CenterPidParams) -> None:
         """Raises ValueError with field, value and range."""
 
     def trace(self) -> dict:
-        """What the last step saw and thought; angles in the laser's frame."""
+        """
+        Intermediate results of the last step; angles in the LiDAR's frame. See docs/results-format.md.
+        """
 
 class CallbackDriver(Driver):
-    """A driver that is written in Python."""
+    """A driver written in Python."""
 
     def __init__(self, driver: object) -> None:
         """
-        `driver` has reset() and step(scan: LaserScan, state: VehicleState, dt) -> (speed, steering_angle, status). What it raises ends the race.
+        `driver` has reset() and step(scan: LaserScan, state: VehicleState, dt) -> (speed, steering_angle, status). An exception ends the race.
         """
 
     def raise_error(self) -> None:
         """
-        Raises what the Python object raised, once; until its reset the car is told to stop.
+        Raises the exception of the Python object, once. After an exception the car stops until the next reset.
         """
 
 class Track:
-    """Walls and a closed centerline, as the simulator takes them."""
+    """Walls and a closed centerline for the simulator."""
 
     def __init__(self, segments: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], visible: Annotated[NDArray[numpy.uint8], dict(shape=(None,), order='C', device='cpu', writable=False)], solid: Annotated[NDArray[numpy.uint8], dict(shape=(None,), order='C', device='cpu', writable=False)], centerline: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]) -> None: ...
 
 class Car:
-    """Every parameter of a simulated car, in sections."""
+    """All parameters of a simulated car, in sections."""
 
     @overload
     def __init__(self) -> None:
-        """Every parameter at its default."""
+        """All parameters at their defaults."""
 
     @overload
     def __init__(self, other: Car) -> None:
@@ -336,7 +344,7 @@ class Car:
         """
 
     def get(self, section: str, name: str) -> object:
-        """One value. Raises KeyError."""
+        """One value. Raises KeyError for an unknown name."""
 
     def set(self, section: str, name: str, value: float) -> None:
         """
@@ -348,7 +356,7 @@ class Car:
 
     def validate(self) -> None:
         """
-        Raises ValueError with field, value and range where a value, or a pair of values, is not allowed.
+        Raises ValueError with field, value and range if a value, or a pair of values, is not allowed.
         """
 
     @staticmethod
@@ -356,25 +364,27 @@ class Car:
         """The car 'default', 'nuc2' or 'gym'. Raises KeyError."""
 
 class Lidar:
-    """The car's lidar on a track, without noise."""
+    """The car's LiDAR on a track, without noise."""
 
     def __init__(self, track: Track, car: Car) -> None: ...
 
     def scan(self, x: float, y: float, yaw: float) -> Annotated[NDArray[numpy.float32], dict(shape=(None,))]:
-        """Exact ranges [m] (beams,) from the laser's pose in the map frame."""
+        """
+        Exact ranges [m] (beams,) from the LiDAR's pose in the map frame [m, rad].
+        """
 
 class Lap:
-    """A complete lap."""
+    """A completed lap."""
 
     def __init__(self, time: float = 0.0, distance: float = 0.0, mean_speed: float = 0.0, max_speed: float = 0.0, min_clearance: float = 0.0, rms_offset: float = 0.0, standing: bool = False) -> None: ...
 
     @property
     def time(self) -> float:
-        """[s] from line to line"""
+        """[s] line to line"""
 
     @property
     def distance(self) -> float:
-        """[m] driven by base_link"""
+        """[m] traveled by base_link"""
 
     @property
     def mean_speed(self) -> float:
@@ -426,11 +436,11 @@ class Contact:
 
     @property
     def x(self) -> float:
-        """[m] of the place on the wall, map frame"""
+        """[m] of the contact point, map frame"""
 
     @property
     def y(self) -> float:
-        """[m] of the place on the wall, map frame"""
+        """[m] of the contact point, map frame"""
 
     @property
     def s(self) -> float:
@@ -438,7 +448,7 @@ class Contact:
 
     @property
     def obstacle(self) -> bool:
-        """it was the sudden obstacle, not a wall"""
+        """contact with the sudden obstacle, not with a wall"""
 
     @staticmethod
     def columns() -> list:
@@ -461,7 +471,7 @@ class Contact:
 
 class ObstacleSeen:
     """
-    The sudden obstacle, once it has appeared: its middle in the map frame.
+    The sudden obstacle, once it has appeared, with its center in the map frame.
     """
 
     def __init__(self, time: float = 0.0, x: float = 0.0, y: float = 0.0, yaw: float = 0.0, speed: float = 0.0, yaw_rate: float = 0.0, clearance: float = 0.0) -> None: ...
@@ -472,15 +482,15 @@ class ObstacleSeen:
 
     @property
     def x(self) -> float:
-        """[m] to the front, or east in a map"""
+        """[m] forward, or east in a map"""
 
     @property
     def y(self) -> float:
-        """[m] to the left, or north in a map"""
+        """[m] left, or north in a map"""
 
     @property
     def yaw(self) -> float:
-        """[rad] turned left"""
+        """[rad] counterclockwise"""
 
     @property
     def speed(self) -> float:
@@ -492,7 +502,7 @@ class ObstacleSeen:
 
     @property
     def clearance(self) -> float:
-        """[m] smallest between car and obstacle since"""
+        """[m] smallest distance between car and obstacle since then"""
 
     @staticmethod
     def columns() -> list:
@@ -514,11 +524,11 @@ class ObstacleSeen:
     def __setstate__(self, arg: tuple[float, float, float, float, float, float, float], /) -> None: ...
 
 class RaceOptions:
-    """How a race is run. The seed is an attribute of its own."""
+    """Options of a race. The seed is a separate attribute."""
 
     @overload
     def __init__(self) -> None:
-        """Every parameter at its default."""
+        """All parameters at their defaults."""
 
     @overload
     def __init__(self, other: RaceOptions) -> None:
@@ -531,7 +541,7 @@ class RaceOptions:
         """
 
     def get(self, section: str, name: str) -> object:
-        """One value. Raises KeyError."""
+        """One value. Raises KeyError for an unknown name."""
 
     def set(self, section: str, name: str, value: float) -> None:
         """
@@ -543,7 +553,7 @@ class RaceOptions:
 
     def validate(self) -> None:
         """
-        Raises ValueError with field, value and range where a value, or a pair of values, is not allowed.
+        Raises ValueError with field, value and range if a value, or a pair of values, is not allowed.
         """
 
     @property
@@ -554,36 +564,36 @@ class RaceOptions:
     def seed(self, arg: int, /) -> None: ...
 
 class Race:
-    """One car, one track, one driver, some laps; stepped scan by scan."""
+    """One car on one track with one driver, stepped scan by scan."""
 
     def __init__(self, track: Track, car: Car, driver: Driver, options: RaceOptions) -> None:
         """
-        Resets the driver and stands the car on the line. Raises ValueError where that cannot be.
+        Resets the driver and places the car on the start line. Raises ValueError for an invalid track, option or start.
         """
 
     def advance(self, scans: int = 1) -> bool:
         """
-        Drives for so many scan periods, without the GIL. False when the race is over. Raises what a driver in Python raised.
+        Drives for `scans` scan periods; releases the GIL. Returns False when the race is over. Raises the exception of a Python driver.
         """
 
     def result(self) -> dict:
-        """What it has left behind so far; see docs/results-format.md."""
+        """The result so far; see docs/results-format.md."""
 
     def laps_done(self) -> int:
-        """Complete laps."""
+        """Number of completed laps."""
 
     def scan(self) -> LaserScan:
-        """The scan that the driver saw last."""
+        """The last scan given to the driver."""
 
     def measured(self) -> VehicleState:
-        """The state that the driver was given last."""
+        """The last state given to the driver."""
 
     def state(self) -> VehicleState:
-        """The true state now."""
+        """The current true state."""
 
     @property
     def pose(self) -> tuple:
-        """x, y, yaw of base_link now."""
+        """Current x, y, yaw of base_link in the map frame [m, rad]."""
 
     @property
     def time(self) -> float:
@@ -602,11 +612,11 @@ class Race:
         """[m] of the centerline."""
 
 class MapParams:
-    """Every parameter of mapping, in sections."""
+    """All parameters of mapping, in sections."""
 
     @overload
     def __init__(self) -> None:
-        """Every parameter at its default."""
+        """All parameters at their defaults."""
 
     @overload
     def __init__(self, other: MapParams) -> None:
@@ -619,7 +629,7 @@ class MapParams:
         """
 
     def get(self, section: str, name: str) -> object:
-        """One value. Raises KeyError."""
+        """One value. Raises KeyError for an unknown name."""
 
     def set(self, section: str, name: str, value: float) -> None:
         """
@@ -631,21 +641,23 @@ class MapParams:
 
     def validate(self) -> None:
         """
-        Raises ValueError with field, value and range where a value, or a pair of values, is not allowed.
+        Raises ValueError with field, value and range if a value, or a pair of values, is not allowed.
         """
 
 class CloudMaker:
-    """Scans as evenly spaced clouds with normals, in base_link."""
+    """Converts scans to evenly spaced clouds with normals, in base_link."""
 
     def __init__(self, params: MapParams, car: Car) -> None: ...
 
     def make(self, scan: LaserScan, state: VehicleState, period: float = 0.0) -> tuple:
         """
-        cloud (N, 4) x, y, nx, ny and all points (P, 3) x, y, range. Raises ValueError for a bad header.
+        Returns the cloud (N, 4) x, y, nx, ny and all points (P, 3) x, y, range, in base_link [m]. period: [s] between scans, 0 if unknown. Raises ValueError for an invalid scan.
         """
 
 class ReferenceCloud:
-    """Wall points with normals, found by place."""
+    """
+    Wall points with normals, (N, 4) x, y, nx, ny, in a grid for nearest-neighbor search.
+    """
 
     def __init__(self, points: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]) -> None: ...
 
@@ -653,34 +665,34 @@ class ReferenceCloud:
 
 def match(cloud: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], reference: ReferenceCloud, guess: tuple, prior: tuple, params: MapParams) -> tuple:
     """
-    Point-to-line matching: pose (x, y, yaw) of the cloud in the reference, share of fitting points, their rms [m], and information (3, 3) in the cloud's frame. prior: standard deviations along, across, yaw.
+    Point-to-line matching. Returns the pose (x, y, yaw) of the cloud in the reference, the share of points that match, their RMS distance [m], and the information matrix (3, 3) in the cloud's frame. prior: standard deviations along [m], across [m], yaw [rad] of the guess.
     """
 
 class ScanMotion:
-    """How the car moved between scans, from the scans alone."""
+    """Motion of the car between scans, from the scans alone."""
 
     def __init__(self, params: MapParams, car: Car) -> None: ...
 
     def add(self, scan: LaserScan, time: float) -> object:
         """
-        begin and end [s], forward, left [m], turn [rad] since the scan that was kept before, share of points that fit, and share that tells how far the car went; None until there is something to tell. time: [s] of the last beam. Releases the GIL.
+        Returns begin and end [s], forward and left [m], turn [rad] since the reference scan, the share of points that match, and the share that constrains the forward motion; None if there is no motion to report yet. time: [s] of the last beam. Releases the GIL.
         """
 
     def forget(self) -> None:
-        """As if no scan had come."""
+        """Clears all earlier scans."""
 
 class OccupancyGrid:
-    """Beams counted in cells; row 0 is the lowest."""
+    """Counts the beams that pass or end in each cell; row 0 is the lowest."""
 
     def __init__(self, x: float, y: float, columns: int, rows: int, params: MapParams) -> None: ...
 
     def add(self, pose: tuple, laser: tuple[float, float], points: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]) -> None:
         """
-        Draws points (N, 3) x, y, range of base_link seen from its pose; laser: x, y of the laser there.
+        Adds points (N, 3) x, y, range in base_link, with base_link at `pose` (x, y, yaw) in the map. laser: (x, y) of the LiDAR in base_link.
         """
 
     def cells(self) -> Annotated[NDArray[numpy.uint8], dict(shape=(None, None))]:
-        """(rows, columns) 0 free, 1 occupied, 2 unknown."""
+        """(rows, columns) uint8: 0 free, 1 occupied, 2 unknown."""
 
 class Estimate:
     """Pose of base_link in the map's frame at the end of the sweep."""
@@ -689,23 +701,23 @@ class Estimate:
 
     @property
     def x(self) -> float:
-        """[m] to the front, or east in a map"""
+        """[m] forward, or east in a map"""
 
     @property
     def y(self) -> float:
-        """[m] to the left, or north in a map"""
+        """[m] left, or north in a map"""
 
     @property
     def yaw(self) -> float:
-        """[rad] turned left"""
+        """[rad] counterclockwise"""
 
     @property
     def std(self) -> float:
-        """[m] of the particles around the pose"""
+        """[m] standard deviation of the particles around the pose"""
 
     @property
     def std_yaw(self) -> float:
-        """[rad] of the particles around the pose"""
+        """[rad] standard deviation of the particles around the pose"""
 
     @property
     def fit(self) -> float:
@@ -713,7 +725,7 @@ class Estimate:
 
     @property
     def searching(self) -> bool:
-        """something does not fit: the filter looks further around"""
+        """something does not fit: the filter searches farther around"""
 
     @property
     def lost(self) -> bool:
@@ -721,11 +733,11 @@ class Estimate:
 
     @property
     def speed_scale(self) -> float:
-        """true speed per measured, by how far the car came on the map"""
+        """true speed per measured speed, from the motion on the map"""
 
     @property
     def command_scale(self) -> float:
-        """true speed per commanded, never below 1"""
+        """true speed per commanded speed, never below 1"""
 
     @staticmethod
     def columns() -> list:
@@ -747,28 +759,28 @@ class Estimate:
     def __setstate__(self, arg: tuple[float, float, float, float, float, float, bool, bool, float, float], /) -> None: ...
 
 class LikelihoodField:
-    """Distance to the nearest wall of a map."""
+    """Distance to the nearest wall of an occupancy map."""
 
     def __init__(self, occupied: Annotated[NDArray[numpy.uint8], dict(shape=(None, None), order='C', device='cpu', writable=False)], resolution: float, origin: tuple) -> None:
         """
-        occupied (rows, columns) uint8, row 0 the lowest; origin (x, y, yaw) of the lower left corner.
+        occupied: (rows, columns) uint8, row 0 the lowest, nonzero for walls; resolution: [m] cell size; origin: (x, y, yaw) [m, rad] of the lower left corner in the map.
         """
 
     @staticmethod
     def of_points(points: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], resolution: float) -> LikelihoodField:
-        """A field round a cloud (N, 4). Raises ValueError for none."""
+        """A field around a cloud (N, 4). Raises ValueError for an empty cloud."""
 
     def search(self, cloud: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], guess: tuple, radius: float, angle: float, step: float, turn: float) -> tuple:
         """
-        Best pose on a raster round the guess, and its share of fitting points.
+        Exhaustive search around the guess (x, y, yaw). Returns the best pose, and the share of points that match. radius, step: [m]; angle, turn: [rad].
         """
 
 class LocalizerParams:
-    """Every parameter of localization, in sections."""
+    """All parameters of localization, in sections."""
 
     @overload
     def __init__(self) -> None:
-        """Every parameter at its default."""
+        """All parameters at their defaults."""
 
     @overload
     def __init__(self, other: LocalizerParams) -> None:
@@ -781,7 +793,7 @@ class LocalizerParams:
         """
 
     def get(self, section: str, name: str) -> object:
-        """One value. Raises KeyError."""
+        """One value. Raises KeyError for an unknown name."""
 
     def set(self, section: str, name: str, value: float) -> None:
         """
@@ -793,64 +805,72 @@ class LocalizerParams:
 
     def validate(self) -> None:
         """
-        Raises ValueError with field, value and range where a value, or a pair of values, is not allowed.
+        Raises ValueError with field, value and range if a value, or a pair of values, is not allowed.
         """
 
 class Localizer:
-    """Where the car is on a map, from scans and odometry."""
+    """Localization on a map from scans and odometry."""
 
     def __init__(self, field: LikelihoodField, car: Car, params: LocalizerParams, seed: int) -> None: ...
 
     def start(self, x: float, y: float, yaw: float) -> None:
-        """base_link is about here, in the map's frame [m, rad]."""
+        """
+        Sets the start pose: base_link is near (x, y, yaw) in the map's frame [m, rad].
+        """
 
     def displace(self, x: float, y: float, yaw: float) -> None:
-        """Shifts all that it believes, in base_link: a kidnapped car."""
+        """
+        Shifts all estimates by (x, y, yaw) in base_link [m, rad], as if the car had been moved by hand.
+        """
 
     def step(self, scan: LaserScan, state: VehicleState, dt: float) -> Estimate:
-        """Where the car is at the end of the sweep. Releases the GIL."""
+        """
+        Returns the estimate at the end of the sweep. dt: [s] since the previous scan. Releases the GIL.
+        """
 
     def commanded(self, speed: float) -> None:
-        """The speed command [m/s] that was given after the last step."""
+        """The speed command [m/s] given after the last step."""
 
     def predict(self, pose: tuple, state: VehicleState, time: float) -> tuple:
-        """The pose so many seconds later."""
+        """
+        The pose (x, y, yaw) `time` seconds later, at the measured speed and yaw rate.
+        """
 
     @property
     def particles(self) -> int:
-        """How many there are now."""
+        """Current number of particles."""
 
 def bench(track: Track, car: Car, params: Params, scans: int = 4000) -> dict:
     """
-    Microseconds of each step, each noise-free scan and each run of the reference over a recorded drive, and simulated seconds per second of a race.
+    Times a recorded drive: microseconds of each step, of each noise-free scan and of each run of the reference, and the real-time factor of a race.
     """
 
 def replay(driver: Driver, ranges: Annotated[NDArray[numpy.float32], dict(shape=(None,), order='C', device='cpu', writable=False)], sizes: Annotated[NDArray[numpy.int64], dict(shape=(None,), order='C', device='cpu', writable=False)], headers: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], states: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], dts: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> dict:
     """
-    Steps through N scans that stand end to end in `ranges`. headers (N, 5) and states (N, 3): rows of the tables of LaserScan and VehicleState. Returns columns, see firstlap.recordings.step_log.
+    Steps through N scans whose ranges are concatenated in `ranges`; sizes (N,). headers (N, 5) and states (N, 3) are rows of the tables of LaserScan and VehicleState; dts (N,) [s]. Returns columns, see firstlap.recordings.step_log.
     """
 
 class LoggedDriver(Driver):
-    """A driver that keeps what it was given and what it made of it."""
+    """A driver that logs its inputs and results."""
 
     def __init__(self, driver: Driver) -> None: ...
 
     def take(self) -> dict:
         """
-        Columns of the steps since the last call, as of `replay`, and what it was given: ranges, one scan after the other, sizes (N,), headers (N, 5), measured (N, 3), dt (N,).
+        Columns of the steps since the last call, as from `replay`, and the inputs: ranges (concatenated), sizes (N,), headers (N, 5), measured (N, 3), dt (N,).
         """
 
 def truth(race: Race, first: int) -> dict:
     """
-    pose (N, 3) x, y, yaw and motion (N, 2) speed, yaw rate at each scan of a race from scan `first` on.
+    pose (N, 3) x, y, yaw in the map and motion (N, 2) speed, yaw rate at each scan of a race, from scan `first` on.
     """
 
 class WorldOptions:
-    """How many cars, and how they are treated."""
+    """Number of cars, and how they are treated."""
 
     @overload
     def __init__(self) -> None:
-        """Every parameter at its default."""
+        """All parameters at their defaults."""
 
     @overload
     def __init__(self, other: WorldOptions) -> None:
@@ -863,7 +883,7 @@ class WorldOptions:
         """
 
     def get(self, section: str, name: str) -> object:
-        """One value. Raises KeyError."""
+        """One value. Raises KeyError for an unknown name."""
 
     def set(self, section: str, name: str, value: float) -> None:
         """
@@ -875,69 +895,71 @@ class WorldOptions:
 
     def validate(self) -> None:
         """
-        Raises ValueError with field, value and range where a value, or a pair of values, is not allowed.
+        Raises ValueError with field, value and range if a value, or a pair of values, is not allowed.
         """
 
 class World:
     """
-    Cars of one kind on one track, commanded from outside; see cpp/firstlap/sim/world.hpp.
+    Several identical cars on one track, commanded from outside; see cpp/firstlap/sim/world.hpp.
     """
 
     def __init__(self, track: Track, car: Car, options: WorldOptions, seed: int) -> None:
-        """Raises ValueError where the cars cannot start."""
+        """Raises ValueError for invalid parameters or starts."""
 
     def advance(self) -> None:
-        """One scan period of all cars."""
+        """Advances all cars by one scan period. Releases the GIL."""
 
     def command(self, car: int, speed: float, steering_angle: float, after: float = 0.0) -> None:
-        """Speed [m/s] and wheel angle [rad], `after` seconds from now."""
+        """Commands speed [m/s] and steering angle [rad], `after` [s] from now."""
 
     def reset(self, car: int) -> None:
-        """Back to its start, at rest; its laps begin anew."""
+        """Places the car at its start, at rest; its laps start again."""
 
     def place(self, car: int, x: float, y: float, yaw: float) -> None:
-        """To a pose [m, rad] of base_link, at rest."""
+        """Places base_link at a pose [m, rad] in the map frame, at rest."""
 
     def kick(self, car: int, lateral_speed: float, yaw_rate: float) -> None:
-        """A shove [m/s], [rad/s]."""
+        """A disturbance: adds to lateral speed [m/s] and yaw rate [rad/s]."""
 
     def fits(self, car: int, x: float, y: float, yaw: float) -> bool:
-        """Whether it could stand there, on no wall and on no other car."""
+        """
+        Whether the car can be placed there, without contact with a wall or another car.
+        """
 
     def change(self, car: Car, mu_scale: float) -> None:
         """
-        The cars are like this from here on; they go on from where they are. Raises ValueError for parameters that cannot be, and for other beams, another rate of the lidar or another vehicle.model; then nothing has changed.
+        Changes the parameters of all cars from now on; motion and laps continue. Raises ValueError for invalid parameters, or a change of lidar.beams, lidar.rate or vehicle.model; then nothing changes.
         """
 
     def truth(self, car: int) -> dict:
-        """Pose in the map frame and true motion, SI."""
+        """Pose in the map frame and true motion, in SI units."""
 
     def measured(self, car: int) -> VehicleState:
-        """The state at the last scan, as the car has it."""
+        """The state measured at the last scan."""
 
     def scan(self, car: int) -> LaserScan:
         """
-        The last scan, as the drivers take it: with the laser's mounting turned in.
+        The last scan, as drivers take it: its angles include the LiDAR's mounting.
         """
 
     def laps(self, car: int) -> list[Lap]:
-        """Complete laps since the reset, as of a race."""
+        """Completed laps since the last reset, as in a race."""
 
     def laps_done(self, car: int) -> int:
-        """Complete laps since the reset."""
+        """Number of completed laps since the last reset."""
 
     def contacts(self, car: int) -> int:
-        """Contacts since the reset."""
+        """Number of contacts since the last reset."""
 
     def clearance(self, car: int) -> float:
-        """Smallest distance to a wall [m] since the reset."""
+        """Smallest distance to a wall [m] since the last reset."""
 
     def lap_clearance(self, car: int) -> float:
-        """Smallest distance to a wall [m] in the lap so far, inf at its start."""
+        """Smallest distance to a wall [m] in the current lap, inf at its start."""
 
     def own_angles(self, car: int = 0) -> tuple:
         """
-        angle_min, angle_increment of the last scan in the laser's own frame, as its driver reports them.
+        angle_min, angle_increment [rad] of the last scan in the LiDAR's own frame, as its ROS driver reports them.
         """
 
     @property
@@ -951,11 +973,11 @@ class World:
     def __len__(self) -> int: ...
 
 class StateEstimateParams:
-    """Every parameter of the state estimate."""
+    """All parameters of the state estimation."""
 
     @overload
     def __init__(self) -> None:
-        """Every parameter at its default."""
+        """All parameters at their defaults."""
 
     @overload
     def __init__(self, other: StateEstimateParams) -> None:
@@ -968,7 +990,7 @@ class StateEstimateParams:
         """
 
     def get(self, section: str, name: str) -> object:
-        """One value. Raises KeyError."""
+        """One value. Raises KeyError for an unknown name."""
 
     def set(self, section: str, name: str, value: float) -> None:
         """
@@ -980,38 +1002,38 @@ class StateEstimateParams:
 
     def validate(self) -> None:
         """
-        Raises ValueError with field, value and range where a value, or a pair of values, is not allowed.
+        Raises ValueError with field, value and range if a value, or a pair of values, is not allowed.
         """
 
 class StateEstimate:
-    """Wheel speed, yaw rate and wheel angle fused."""
+    """Extended Kalman filter of wheel speed, gyro and steering angle."""
 
     def __init__(self, params: StateEstimateParams) -> None:
         """Raises ValueError with field, value and range."""
 
     def predict(self, steering_angle: float, dt: float) -> None:
-        """Moves on by dt [s] under a commanded wheel angle [rad]."""
+        """Predicts by dt [s] with a commanded steering angle [rad]."""
 
     def measure_speed(self, speed: float) -> None:
-        """[m/s] of the wheels."""
+        """[m/s] wheel speed."""
 
     def measure_yaw_rate(self, yaw_rate: float) -> None:
-        """[rad/s] of the gyro."""
+        """[rad/s] gyro."""
 
     def measure_steering(self, steering_angle: float) -> None:
         """[rad]"""
 
     def state(self) -> VehicleState:
-        """As estimated now."""
+        """The current estimate."""
 
     @property
     def yaw_rate_bias(self) -> float:
-        """[rad/s] of the gyro."""
+        """[rad/s] bias of the gyro."""
 
     def reset(self) -> None:
         """Forgets everything."""
 
 def result_tables() -> dict:
     """
-    The tables of scans, states, results and traces, and under left, right, line and path of the rows of a log: {struct: [{name, unit, doc}]}.
+    The tables of scans, states, results and traces, and of the rows left, right, line and path of a log: {struct: [{name, unit, doc}]}.
     """

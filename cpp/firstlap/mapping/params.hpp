@@ -89,7 +89,7 @@ struct GraphParams {
         Field{"loop_travel", &P::loop_travel, "m", 2.0, 500.0, "minimum length of a loop"},
         Field{"loop_radius", &P::loop_radius, "m", 0.05, 10.0, "maximum distance between two poses of a loop closure"},
         Field{"loop_drift", &P::loop_drift, "", 0.0, 0.2,
-              "growth of this distance per meter driven between the two poses"},
+              "growth of loop_radius per meter driven between the two poses"},
         Field{"loop_angle", &P::loop_angle, "rad", 0.02, 1.6, "maximum rotation between two poses of a loop closure"},
         Field{"loop_fit", &P::loop_fit, "", 0.1, 1.0, "share of points that must match for a loop closure"},
         Field{"loop_agree", &P::loop_agree, "", 1.0, 100.0, "consecutive scans that must agree on a loop closure"},

@@ -121,9 +121,9 @@ struct SegmentationParams {
               "a single wall around the car is a dead end if more than this share of it was on each side before (1: "
               "off)"},
         Field{"sight_step", &P::sight_step, "m", 0.0, 30.0,
-              "past the end of a wall, a beam this much longer bounds the occluded area (30: off)"},
+              "past the end of a wall, the next beam bounds the occluded area if it is this much longer (30: off)"},
         Field{"sight_cos", &P::sight_cos, "", 0.0, 1.0,
-              "minimum cosine of the angle between the end of a wall and that beam"},
+              "minimum cosine of the angle between the end of a wall and the beam that bounds the occluded area"},
         Field{"end_samples", &P::end_samples, "", 1.0, 20.0,
               "number of wall samples over which the direction at a visible end is measured"},
         Field{"split_candidates", &P::split_candidates, "", 1.0, 3.0,

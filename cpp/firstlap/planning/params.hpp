@@ -107,7 +107,7 @@ struct TrajectoryParams {
         Field{"smoothing_margin", &P::smoothing_margin, "m", 0.0, 2.0,
               "minimum distance between the car's side and a wall that smoothing keeps"},
         Field{"smoothing_block", &P::smoothing_block, "", 0.0, 200.0,
-              "smoothing passes between two checks of this distance (0: no check)"},
+              "smoothing passes between two corrections of the distance to walls (0: off)"},
         Field{"opheim_min", &P::opheim_min, "m", 0.0, 0.5, "Opheim simplification: minimum tolerance (0: off)"},
         Field{"opheim_max", &P::opheim_max, "m", 0.0, 5.0, "Opheim simplification: maximum step length (0: off)"},
         Field{"sample", &P::sample, "m", 0.05, 0.5, "spacing of trajectory points"},
