@@ -25,10 +25,13 @@ from firstlap.cli.survey import expand
 from firstlap.common.errors import InputError
 from firstlap.common.version import __version__
 from firstlap.config.setup_file import LOCAL, load_setup
-from firstlap.evaluation.ablation.measure import Ablation, Job, Plan
-from firstlap.evaluation.ablation.rules import chosen_rules, together
+from firstlap.evaluation.ablation.measure import REFERENCE, Ablation, Job, Plan
+from firstlap.evaluation.ablation.rules import additions, chosen_rules, together
 from firstlap.recordings.recording import Recording
 from firstlap.tracks.library import load_track
+
+PAPER, FULL = "paper_base", "base"
+"""The way of --from-paper."""
 
 
 def ablation(
@@ -37,6 +40,10 @@ def ablation(
         list[str] | None, typer.Option("--rule", metavar="NAME", help="Only this rule; repeatable.")
     ] = None,
     at_once: Annotated[bool, typer.Option("--together", help="The rules of --rule off together, as one row.")] = False,
+    from_paper: Annotated[
+        bool,
+        typer.Option("--from-paper", help="Start from paper_base and add what is ours, one rule more in each row."),
+    ] = False,
     setups: Annotated[
         list[str] | None, typer.Option("--setup", metavar="SETUP", help="Repeatable; default: sure and brisk.")
     ] = None,
@@ -66,7 +73,9 @@ def ablation(
     the_car = chosen_car(car, lidar)
     loaded = {spec: load_track(spec) for spec in expand(tracks)}
     specs = list(loaded)
-    chosen = [load_setup(name) for name in setups or ("sure", "brisk")]
+    if from_paper and (setups or rules or at_once):
+        raise InputError("--from-paper: takes neither --setup, --rule nor --together; it goes from paper_base to base")
+    chosen = [load_setup(name) for name in ([PAPER] if from_paper else setups or ("sure", "brisk"))]
     for setup in chosen:
         if setup.driver != LOCAL:
             raise InputError(f"--setup {setup.name}: is for driver {setup.driver}; expected one for {LOCAL}")
@@ -82,21 +91,21 @@ def ablation(
     )
     if at_once and not rules:
         raise InputError("--together: which rules? Expected two or more of --rule")
-    off = chosen_rules(rules)
-    study = Ablation(plan, the_car, [together(off)] if at_once else off, state)
+    off = additions(chosen[0], load_setup(FULL)) if from_paper else chosen_rules(rules)
+    study = Ablation(plan, the_car, [together(off)] if at_once else off, state, PAPER if from_paper else REFERENCE)
     interrupted = False
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with progress_bar(*columns) as bar:
         task = bar.add_task("measuring", total=sum(1 for _ in study.jobs()))
 
         def done(job: Job) -> None:
-            bar.update(task, advance=1, description=f"without: {job.rule}")
+            bar.update(task, advance=1, description=job.rule)
 
         try:
             study.run(done)
         except KeyboardInterrupt:
             interrupted = True
-    found = {"version": __version__, **study.to_dict(), "interrupted": interrupted}
+    found = {"version": __version__, "from_paper": from_paper, **study.to_dict(), "interrupted": interrupted}
     if as_json:
         print_json(found)
     else:
@@ -120,8 +129,9 @@ def _read_or_skip(path: Path) -> Recording | None:
 
 
 def _print(found: dict[str, Any]) -> None:
-    table = Table(title=escape(f"one rule off at a time, setups {', '.join(found['setups'])}"))
-    table.add_column("off", overflow="fold", min_width=14)
+    what = "one rule more in each row" if found["from_paper"] else "one rule off at a time"
+    table = Table(title=escape(f"{what}, setups {', '.join(found['setups'])}"))
+    table.add_column("on" if found["from_paper"] else "off", overflow="fold", min_width=14)
     for heading in ("races", "lap", "turned", "joints", "boxes", "error 2 m", "failures", "jump", "lines"):
         table.add_column(heading, justify="right")
     for row in found["rules"]:

@@ -10,7 +10,7 @@ from firstlap.common.errors import InputError
 from firstlap.config.car_file import load_car
 from firstlap.config.setup_file import load_setup
 from firstlap.evaluation.ablation.measure import REFERENCE, Ablation, Plan
-from firstlap.evaluation.ablation.rules import RULES, chosen_rules, together
+from firstlap.evaluation.ablation.rules import RULES, additions, chosen_rules, together
 from firstlap.tracks.library import load_track
 
 
@@ -96,3 +96,42 @@ def test_rules_off_together_are_one_row():
     both = together(chosen_rules(["join", "Opheim"]))
     assert both.assignments == ["join_distance=0", "opheim_min=0"]
     assert both.lines == sum(rule.lines for rule in chosen_rules(["join", "Opheim"]))
+
+
+def test_the_additions_lead_from_the_paper_to_base_one_by_one():
+    paper, base = load_setup("paper_base"), load_setup("base")
+    rows = additions(paper, base)
+    core = load_car("default").core
+    sizes = [len(row.assignments) for row in rows]
+    assert sizes == sorted(sizes)
+    assert len(set(sizes)) == len(sizes)
+    assert paper.with_assignments(rows[-1].assignments).params(core).values() == base.params(core).values()
+    for before, row in zip(rows, rows[1:], strict=False):
+        assert set(before.assignments) < set(row.assignments)
+
+
+KEPT = {
+    "body mask": "the car's own body is no wall, whatever the method",
+    "one-sided splits score less": "the paper selects sides by pose, and says not how",
+    "chain gap": "the paper's elimination by distance, within one side",
+    "other splits only in doubt": "of several candidates, of which there is one",
+    "width: wide pairs do not count": "the paper's range of widths",
+    "wall end stands for nothing": "how a side is representative, which the paper leaves open",
+    "no cutting of tight bends": "of the minimum curvature path, which is off",
+}
+"""Rules that are on in the paper's setups, and why."""
+
+
+@pytest.mark.parametrize("name", ["paper_base", "paper_race"])
+def test_the_papers_setups_have_every_other_addition_off(name):
+    setup = load_setup(name)
+    off = {rule.name: setup.with_assignments(rule.assignments) for rule in RULES if not rule.published}
+    core = load_car("default").core
+    on = {rule for rule, without in off.items() if without.params(core).values() != setup.params(core).values()}
+    assert on - {"third split candidate"} == set(KEPT)
+
+
+def test_from_paper_goes_its_own_way(cli):
+    said = cli("ablation", "oval", "--from-paper", "--setup", "sure")
+    assert said.code == 2
+    assert "it goes from paper_base to base" in said.err

@@ -74,19 +74,23 @@ class InterruptedAblationError(Exception):
 
 @dataclass
 class Ablation:
-    """Every rule off in turn, and none, over the plan, on all cores. state: a file from which a run goes on."""
+    """Every rule off in turn, and none, over the plan, on all cores.
+
+    state: a file from which a run goes on. reference: what the setups are called as they are.
+    """
 
     plan: Plan
     car: Car
     rules: Sequence[Rule]
     state: Path | None = None
+    reference: str = REFERENCE
     found: dict[str, dict[str, Any]] = field(default_factory=dict)
     _stop: threading.Event = field(default_factory=threading.Event)
 
     def jobs(self) -> Iterator[Job]:
         """All measurements, those with all rules on first. A rule that a setup has off anyway is not measured there."""
         for rule in (None, *self.rules):
-            name = rule.name if rule else REFERENCE
+            name = rule.name if rule else self.reference
             for number, setup in enumerate(self.plan.setups):
                 changed = setup.with_assignments(rule.assignments) if rule else setup
                 if rule and changed.params(self.car.core).values() == setup.params(self.car.core).values():
@@ -201,7 +205,7 @@ class Ablation:
 
     def to_dict(self) -> dict[str, Any]:
         """As `firstlap ablation --json` prints it: a row per rule, that with all rules on first."""
-        rows = [self._row(rule) for rule in (Rule(REFERENCE, "", 0), *self.rules)]
+        rows = [self._row(rule) for rule in (Rule(self.reference, "", 0), *self.rules)]
         return {
             "setups": [setup.name for setup in self.plan.setups],
             "car": self.car.name,
@@ -228,14 +232,14 @@ class Ablation:
     def _of(self, rule: str, kind: str) -> dict[str, dict[str, Any]]:
         """By case; where the rule was not measured, since the setup has it off, that with all rules on."""
         found: dict[str, dict[str, Any]] = {}
-        for name in (REFERENCE, rule):
+        for name in (self.reference, rule):
             prefix = f"{name} | {kind} | "
             found |= {key.removeprefix(prefix): result for key, result in self.found.items() if key.startswith(prefix)}
         return found
 
     def _lap_ratios(self, rule: str) -> tuple[float | None, float | None]:
         """Mean and largest lap over that with all rules on, of the races that finished with both."""
-        reference = self._of(REFERENCE, "race")
+        reference = self._of(self.reference, "race")
         ratios = [
             found["lap"] / reference[case]["lap"]
             for case, found in self._of(rule, "race").items()

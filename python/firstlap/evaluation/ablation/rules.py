@@ -6,15 +6,22 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from firstlap.common.errors import InputError
+from firstlap.config.parameters import Value
+from firstlap.config.setup_file import Setup
 
 
 @dataclass(frozen=True)
 class Rule:
-    """One rule. off: the assignments that turn it off. lines: of code that would go with it, counted by hand."""
+    """One rule.
+
+    off: the assignments that turn it off. lines: of code that would go with it, counted by hand. published: a step of
+    the paper, not an addition of ours.
+    """
 
     name: str
     off: str
     lines: int
+    published: bool = False
 
     @property
     def assignments(self) -> list[str]:
@@ -25,10 +32,10 @@ class Rule:
 RULES = (
     Rule("deskew", "deskew=0", 14),
     Rule("body mask", "mask_range=0", 3),
-    Rule("weighted mean of distances", "mean_factor=0", 4),
-    Rule("merging", "merge_distance=0", 10),
-    Rule("elimination: small", "min_chord=0 min_points=1", 4),
-    Rule("elimination: far", "max_nearest=30", 2),
+    Rule("weighted mean of distances", "mean_factor=0", 4, published=True),
+    Rule("merging", "merge_distance=0", 10, published=True),
+    Rule("elimination: small", "min_chord=0 min_points=1", 4, published=True),
+    Rule("elimination: far", "max_nearest=30", 2, published=True),
     Rule("seen through gaps", "seen_through=0", 30),
     Rule("small sections keep their side", "small_points=2048", 6),
     Rule("labels from history", "past_weight=0", 6),
@@ -46,7 +53,7 @@ RULES = (
     Rule("turning back scores less", "turn_back_score=1", 2),
     Rule("turned car", "against_heading=-1", 18),
     Rule("occluded walls", "memory_time=0", 75),
-    Rule("width: moving average", "width_window=1", 8),
+    Rule("width: moving average", "width_window=1", 8, published=True),
     Rule("width: memory", "width_gain=0", 10),
     Rule("width: wide pairs do not count", "width_max=10", 8),
     Rule("line of sight past wall ends", "sight_step=30", 70),
@@ -60,17 +67,41 @@ RULES = (
     Rule("seed wall check", "seed_wall=0", 15),
     Rule("meets itself", "loop_length=30", 10),
     Rule("trail bars the way back", "trail_against=-1", 32),
-    Rule("smoothing", "smoothing_iterations=0", 30),
+    Rule("smoothing", "smoothing_iterations=0", 30, published=True),
     Rule("smoothing between walls", "smoothing_block=0", 18),
     Rule("join", "join_distance=0", 42),
     Rule("join: time", "join_time=0", 2),
-    Rule("Opheim", "opheim_min=0", 38),
+    Rule("Opheim", "opheim_min=0", 38, published=True),
     Rule("curvature held at the end", "end_hold=0", 5),
     Rule("minimum curvature path", "bend_passes=0", 140),
     Rule("no cutting of tight bends", "bend_radius=0", 18),
     Rule("holding the last path", "hold_time=0", 8),
     Rule("speed scale", "scale_limit=0", 150),
+    Rule("steady-state yaw", "k_ag=0", 1),
+    Rule("friction ellipse", "friction_ellipse=false", 12),
 )
+
+
+def additions(paper: Setup, ours: Setup) -> list[Rule]:
+    """Our additions on the way from one setup to the other, one more in each row, in the order of the method's steps.
+
+    Each row's assignments turn on its own addition and those before it, with the values of `ours`.
+    """
+    rows: list[Rule] = []
+    turned_on: dict[str, str] = {}
+    for rule in RULES:
+        names = [text.partition("=")[0] for text in rule.assignments]
+        new = {name: written(ours.get(name)) for name in names if paper.get(name) != ours.get(name)}
+        if rule.published or not new.keys() - turned_on.keys():
+            continue
+        turned_on |= new
+        rows.append(Rule(f"+ {rule.name}", " ".join(map("=".join, turned_on.items())), rule.lines))
+    return rows
+
+
+def written(value: Value) -> str:
+    """A value as --set takes it."""
+    return str(value).lower() if isinstance(value, bool) else repr(value)
 
 
 def together(rules: Sequence[Rule]) -> Rule:
