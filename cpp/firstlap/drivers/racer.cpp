@@ -47,7 +47,7 @@ StepResult Racer::drive(const LaserScan& scan, const VehicleState& measured, dou
     // 4. Planning: the sides and the centerline between them, then path and velocity profile.
     find_line(params_, memory_, work_);
     if (step.candidates.count > 0) remember_walls(step.walls, memory_);
-    status = plan_path(state, params_, work_) ? Status::ok : Status::no_path;
+    status = plan_path(state, memory_, params_, work_) ? Status::ok : Status::no_path;
   }
 
   // 5. Memory. Without a path from this scan, hold the last one for a short time.

@@ -136,7 +136,8 @@ void find_line(const Params& params, RacerMemory& memory, RacerWorkspace& work) 
     choose_split(memory, params, work);
 }
 
-bool plan_path(const VehicleState& state, const Params& params, RacerWorkspace& work) noexcept {
+bool plan_path(const VehicleState& state, const RacerMemory& memory, const Params& params,
+               RacerWorkspace& work) noexcept {
   Trace& step = work.step;
   if (step.line.points.size() < min_line_points || step.line.ahead < params.stopping_check.blocked_distance)
     return false;
@@ -146,8 +147,13 @@ bool plan_path(const VehicleState& state, const Params& params, RacerWorkspace& 
                                   params.centerline.spacing};
   const bool bent = minimum_curvature_path(step.line.points, conditions, params.minimum_curvature, work.control_points,
                                            step.smoothed);
-  if (!bent && p.join_distance > 0.0)
-    join_car(std::max(p.join_distance, p.join_time * state.speed), p.join_angle, step.smoothed);
+  if (!bent && p.join_distance > 0.0) {
+    const double reach = std::max(p.join_distance, p.join_time * state.speed);
+    if (p.join_previous)
+      join_previous(memory.path, reach, step.smoothed);
+    else
+      join_car(reach, p.join_angle, step.smoothed);
+  }
   simplify_opheim(step.smoothed, p.opheim_min, p.opheim_max, step.simplified);
   sample_path(step.simplified, p.sample, p.end_hold, work.spline, step.path);
   if (!find_nearest(params, step)) return false;

@@ -16,7 +16,8 @@ bool perceive(const LaserScan& scan, const VehicleState& state, const RacerMemor
 void find_line(const Params& params, RacerMemory& memory, RacerWorkspace& work) noexcept;
 
 // Planning: path and velocity profile along the centerline, for a car in `state`. Returns false if there is no path.
-bool plan_path(const VehicleState& state, const Params& params, RacerWorkspace& work) noexcept;
+bool plan_path(const VehicleState& state, const RacerMemory& memory, const Params& params,
+               RacerWorkspace& work) noexcept;
 
 // Holds the last planned path for a short time. Returns false if it is too old or too short.
 bool recall_path(const RacerMemory& memory, const Params& params, RacerWorkspace& work) noexcept;

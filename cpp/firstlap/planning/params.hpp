@@ -96,6 +96,7 @@ struct TrajectoryParams {
   double join_distance = 1.0;
   double join_time = 0.5;
   double join_angle = 0.78;
+  bool join_previous = false;
 
   static constexpr auto fields() {
     using P = TrajectoryParams;
@@ -120,6 +121,8 @@ struct TrajectoryParams {
               "minimum travel time over which the path joins the centerline"},
         Field{"join_angle", &P::join_angle, "rad", 0.0, 0.78,
               "limit of the heading error for which the joining curve is computed"},
+        Field{"join_previous", &P::join_previous, "", 0.0, 1.0,
+              "the path joins the centerline from the previous path instead of from the car"},
     };
   }
 };

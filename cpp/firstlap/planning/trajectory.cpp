@@ -18,7 +18,7 @@ double ray_distance(const Point2& a, const Point2& b, const Point2& p) noexcept 
   return std::abs(dx * (p.y - a.y) - dy * (p.x - a.x)) / std::sqrt(length2);
 }
 
-// Projection of base_link onto the line.
+// Projection of base_link onto a line.
 struct Foot {
   double along = 0.0;   // [m] arc length from the line's first point
   double offset = 0.0;  // [m] of base_link, left of the line positive
@@ -26,7 +26,8 @@ struct Foot {
   double dy = 0.0;
 };
 
-Foot foot_of_car(const Buffer<Point2>& points) noexcept {
+template <class Point>
+Foot foot_of_car(const Buffer<Point>& points) noexcept {
   Foot best;
   double best_distance = 1e18;
   double along = 0.0;
@@ -107,6 +108,25 @@ void join_car(double join_distance, double join_angle, Buffer<Point2>& points) n
     const double offset = h < 0.0 ? foot.offset + slope * h
                                   : foot.offset * (1.0 - 10.0 * t3 + 15.0 * t3 * t - 6.0 * t3 * t * t) +
                                         slope * join_distance * (t - 6.0 * t3 + 8.0 * t3 * t - 3.0 * t3 * t * t);
+    const double tx = points[i + 1].x - before.x;
+    const double ty = points[i + 1].y - before.y;
+    const double length = std::max(norm(tx, ty), 1e-9);
+    points[i] = {here.x - offset * ty / length, here.y + offset * tx / length};
+    before = here;
+  }
+}
+
+void join_previous(const Buffer<TrajectoryPoint>& previous, double reach, Buffer<Point2>& points) noexcept {
+  if (points.size() < 3 || reach <= 0.0) return;
+  const Foot foot = foot_of_car(points);
+  const double car_off_path = previous.size() < 2 ? 0.0 : foot_of_car(previous).offset;
+  const double residual = foot.offset - car_off_path;  // of the previous path, left of the line positive
+  double along = 0.0;
+  Point2 before = points[0];
+  for (std::size_t i = 0; i + 1 < points.size(); ++i) {
+    const Point2 here = points[i];
+    along += i > 0 ? distance(here, before) : 0.0;
+    const double offset = residual * std::exp(-std::max(along - foot.along, 0.0) / reach);
     const double tx = points[i + 1].x - before.x;
     const double ty = points[i + 1].y - before.y;
     const double length = std::max(norm(tx, ty), 1e-9);

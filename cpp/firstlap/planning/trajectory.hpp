@@ -32,6 +32,11 @@ double clearance_at(const CenterlinePoint& point) noexcept;
 // `angle` [rad], and rejoins the line after `distance` [m]. The lateral offset is a quintic.
 void join_car(double distance, double angle, Buffer<Point2>& points) noexcept;
 
+// Shifts the start of the line to where the previous path passes base_link. The residual decays with exp(-s / `reach`),
+// `reach` in [m]: the one shape that stays the same curve when it is carried over at every scan, whatever the scan
+// rate. Without a previous path, the path starts at the car. `previous` in the current base_link frame.
+void join_previous(const Buffer<TrajectoryPoint>& previous, double reach, Buffer<Point2>& points) noexcept;
+
 // Opheim (1982) as in psimpl: from each kept point, drops the points within `tol_max` of it and within `tol_min` of the
 // ray from it. Copies the points if a tolerance is zero or there are fewer than 3.
 void simplify_opheim(const Buffer<Point2>& points, double tol_min, double tol_max, Buffer<Point2>& knots) noexcept;

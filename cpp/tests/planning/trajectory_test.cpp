@@ -300,7 +300,7 @@ TEST(Join, no_distance_changes_nothing) {
 
 TEST(Join, it_joins_the_line_without_a_jump) {
   Buffer<Point2> points = straight_line(0.4, 0.0);
-  join_car(2.0, points);
+  join_car(2.0, 0.78, points);
   for (std::size_t i = 1; i < points.size(); ++i) EXPECT_LT(std::abs(points[i].y - points[i - 1].y), 0.07) << i;
 }
 
@@ -311,6 +311,59 @@ TEST(Join, it_never_overshoots_the_line_from_a_parallel_start) {
     EXPECT_GE(points[i].y, -1e-9);
     EXPECT_LE(points[i].y, 0.4 + 1e-9);
   }
+}
+
+// A straight path `y` [m] to the left of base_link, along x.
+Buffer<TrajectoryPoint> straight_path(double y) {
+  Buffer<TrajectoryPoint> path(max_path_points);
+  for (int i = 0; i < 60; ++i) path.push({.s = 0.1 * i, .x = -0.9 + 0.1 * i, .y = y});
+  return path;
+}
+
+TEST(JoinPrevious, the_path_begins_at_the_previous_one_and_decays_to_the_line) {
+  constexpr double reach = 1.2;
+  Buffer<Point2> points = straight_line(0.4, 0.0);
+  join_previous(straight_path(0.1), reach, points);
+  for (std::size_t i = 0; i + 1 < points.size(); ++i) {
+    const double residual = -0.3 * std::exp(-std::max(points[i].x, 0.0) / reach);
+    EXPECT_NEAR(points[i].y, 0.4 + residual, 1e-9) << i;
+  }
+}
+
+TEST(JoinPrevious, a_car_beside_the_path_changes_nothing) {
+  Buffer<Point2> points = straight_line(0.4, 0.0);
+  join_previous(straight_path(0.4), 1.2, points);
+  for (const Point2& p : points) EXPECT_NEAR(p.y, 0.4, 1e-12) << "the cross-track term has to bring the car back";
+}
+
+TEST(JoinPrevious, without_a_previous_path_the_path_begins_at_the_car) {
+  Buffer<Point2> points = straight_line(0.4, 0.0);
+  join_previous(Buffer<TrajectoryPoint>(max_path_points), 1.2, points);
+  for (std::size_t i = 0; i + 1 < points.size(); ++i)
+    if (points[i].x <= 0.0) EXPECT_NEAR(points[i].y, 0.0, 1e-9) << i;
+}
+
+TEST(JoinPrevious, the_scan_rate_does_not_change_the_curve) {
+  constexpr double reach = 1.5;
+  constexpr double driven = 0.5;
+  Buffer<Point2> once = straight_line(0.4, 0.0);
+  join_previous(straight_path(0.0), reach, once);
+  // Half a meter later: the previous path is the one above, moved by odometry.
+  Buffer<TrajectoryPoint> previous(max_path_points);
+  for (const Point2& p : once) previous.push({.x = p.x - driven, .y = p.y});
+  Buffer<Point2> again = straight_line(0.4, 0.0);
+  join_previous(previous, reach, again);
+  for (std::size_t i = 0; i + 1 < again.size(); ++i) {
+    if (again[i].x < 0.0 || again[i].x > 3.0) continue;
+    EXPECT_NEAR(again[i].y, 0.4 - 0.4 * std::exp(-(again[i].x + driven) / reach), 2e-3) << i;
+  }
+}
+
+TEST(JoinPrevious, no_reach_changes_nothing) {
+  Buffer<Point2> points = straight_line(0.4, 0.2);
+  const std::vector<Point2> before(points.begin(), points.end());
+  join_previous(straight_path(0.0), 0.0, points);
+  for (std::size_t i = 0; i < points.size(); ++i) EXPECT_EQ(points[i].y, before[i].y);
 }
 
 }  // namespace
