@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from waiting import PATIENCE
 
 ROOT = Path(__file__).resolve().parents[3]
 PNG = b"\x89PNG\r\n"
@@ -132,7 +133,7 @@ def test_interrupted_survey_prints_what_is_finished():
     assert process.stderr is not None
     assert process.stderr.readline() == "raced\n"
     process.send_signal(signal.SIGINT)
-    out, err = process.communicate(timeout=30)
+    out, err = process.communicate(timeout=PATIENCE)
     assert process.returncode == 130, err
     assert out.rstrip().endswith("finished")
     # Our own lines of races that ended before the interrupt was heard stand before it.

@@ -13,6 +13,7 @@ import time
 from pathlib import Path
 
 import pytest
+from waiting import PATIENCE
 
 pytestmark = pytest.mark.skipif(not Path("/proc/self/maps").exists(), reason="reads /proc of the processes it starts")
 
@@ -31,7 +32,7 @@ def start(folder: Path, *arguments: str, first: str = "") -> subprocess.Popen[st
 
 def wait_for_library(process: subprocess.Popen[str], name: str) -> None:
     """Until the process has loaded a shared library called so."""
-    deadline = time.monotonic() + 20.0
+    deadline = time.monotonic() + PATIENCE
     while name not in Path(f"/proc/{process.pid}/maps").read_text():
         assert process.poll() is None, "ended too early"
         assert time.monotonic() < deadline
@@ -41,7 +42,7 @@ def wait_for_library(process: subprocess.Popen[str], name: str) -> None:
 def interrupted(process: subprocess.Popen[str]) -> str:
     """Sends Ctrl-C; returns standard output after looking at the rest."""
     process.send_signal(signal.SIGINT)
-    out, err = process.communicate(timeout=20)
+    out, err = process.communicate(timeout=PATIENCE)
     assert process.returncode == 130, err
     assert err.startswith("error: interrupted")
     assert err.count("\n") == 1
@@ -59,7 +60,7 @@ def test_ctrl_c_that_a_nohup_ignores_stays_ignored(tmp_path: Path) -> None:
     process = start(tmp_path, "check", "base", first="import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)")
     wait_for_library(process, "_multiarray_umath")
     process.send_signal(signal.SIGINT)
-    process.communicate(timeout=20)
+    process.communicate(timeout=PATIENCE)
     assert process.returncode == 0
 
 
@@ -168,16 +169,16 @@ def test_who_does_not_listen_to_remarks_changes_nothing(tmp_path: Path, closed: 
 
 def test_two_logs_in_one_file_are_refused(tmp_path: Path) -> None:
     first = start(tmp_path, "race", "arena", "--laps", "100000", "--record", "race.mcap")
-    deadline = time.monotonic() + 60.0
+    deadline = time.monotonic() + PATIENCE
     while not (tmp_path / "race.mcap").exists() or not (tmp_path / "race.mcap").stat().st_size:
         assert first.poll() is None and time.monotonic() < deadline
         time.sleep(0.02)
     second = start(tmp_path, "race", "oval", "--laps", "1", "--record", "race.mcap")
-    _, said = second.communicate(timeout=60)
+    _, said = second.communicate(timeout=PATIENCE)
     assert second.returncode == 2
     assert said == "error: race.mcap: is being written by another process; expected another file name\n"
     first.kill()
-    first.communicate(timeout=60)
+    first.communicate(timeout=PATIENCE)
     third = start(tmp_path, "race", "oval", "--laps", "1", "--record", "race.mcap")  # the lock died with its holder
-    third.communicate(timeout=60)
+    third.communicate(timeout=PATIENCE)
     assert third.returncode == 0

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
+from waiting import PATIENCE
 
 import firstlap
 from firstlap import _core
@@ -129,11 +130,11 @@ def test_an_interrupted_comparison_goes_on_where_it_was(tmp_path):
         """Those with a dot are still being written."""
         return len([path for path in tmp_path.glob("*.npz") if not path.name.startswith(".")])
 
-    deadline = time.monotonic() + 60.0
+    deadline = time.monotonic() + PATIENCE
     while kept() < 3 and time.monotonic() < deadline:
         time.sleep(0.1)
     process.send_signal(signal.SIGINT)
-    _, err = process.communicate(timeout=60)
+    _, err = process.communicate(timeout=PATIENCE)
     assert process.returncode == 130, err
     driven = re.fullmatch(r"error: interrupted after (\d+) of 800 races; the same command resumes there\n", err)
     assert driven, err

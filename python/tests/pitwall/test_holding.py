@@ -58,7 +58,7 @@ def end_before_a_box(setup: str, sight: float, blind: int) -> tuple[str, float, 
     while race.advance():
         pass
     found = race.result()
-    return found["outcome"], found["obstacle"]["clearance"], driver.holding
+    return found["outcome"], found["obstacle"].clearance, driver.holding
 
 
 @pytest.mark.parametrize("setup", ["sure", "brisk"])

@@ -16,6 +16,7 @@ import pytest
 from mcap.reader import make_reader
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from waiting import PATIENCE
 
 import firstlap
 from firstlap.common.errors import InputError
@@ -220,7 +221,7 @@ def test_the_log_of_a_killed_race_is_readable(tmp_path):
     command = [sys.executable, "-c", "from firstlap.cli import main; main()", "race", "oval", "--laps", "100000"]
     process = subprocess.Popen([*command, "--record", str(path)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:
-        deadline = time.monotonic() + 60.0
+        deadline = time.monotonic() + PATIENCE
         while (not path.exists() or path.stat().st_size < 500_000) and time.monotonic() < deadline:
             time.sleep(0.05)
     finally:

@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from running import PATIENCE, Running
+from running import Running
+from waiting import PATIENCE
 
 from firstlap.common.errors import InputError
 from firstlap.ros import require_ros

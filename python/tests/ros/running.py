@@ -9,8 +9,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-PATIENCE = 60.0
-"""[s] until a condition counts as never met: the machine may be busy."""
+from waiting import PATIENCE
 
 FORKS = multiprocessing.get_context("forkserver")
 FORKS.set_forkserver_preload(

@@ -8,6 +8,7 @@ import time
 
 import numpy as np
 import pytest
+from waiting import PATIENCE
 
 import firstlap
 from firstlap import _core
@@ -119,7 +120,7 @@ def test_wheels_on_a_stand_are_told_and_do_not_stop_the_car(car: Car) -> None:
 def test_the_thread_works_and_ends(car: Car) -> None:
     car.watch.start()
     try:
-        deadline = time.monotonic() + 60.0
+        deadline = time.monotonic() + PATIENCE
         while not car.watch.compared and time.monotonic() < deadline:
             car.drive(PERIOD, 0.8)
             time.sleep(0.02)

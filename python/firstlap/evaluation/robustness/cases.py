@@ -303,7 +303,7 @@ class Robustness:
         verdict = {"running": "passed", "stuck": "stopped" if seen else "stuck"}.get(found["outcome"])
         if not seen:
             verdict = "before"
-        elif box.sight < stopping_distance(self.true_car, seen["speed"], abs(seen["speed"] * seen["yaw_rate"])):
+        elif box.sight < stopping_distance(self.true_car, seen.speed, abs(seen.speed * seen.yaw_rate)):
             verdict = "impossible"
         return Drive(
             case,
@@ -311,8 +311,8 @@ class Robustness:
             [],
             None if contact is None else "obstacle" if contact.obstacle else "wall",
             float(running.s),
-            seen["speed"] if seen else None,
-            seen["clearance"] if seen else None,
+            seen.speed if seen else None,
+            seen.clearance if seen else None,
         )
 
     def _look(self, _running: _core.Race) -> None:
