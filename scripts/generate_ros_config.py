@@ -1,6 +1,6 @@
-"""Writes ros/firstlap_ros/config from the setups: every parameter of each as a ROS 2 parameter file.
+"""Writes ros/firstlap_ros/config: a ROS 2 parameter file for each setup, which names it and repeats none of its values.
 
-With --check: compares only.
+Not for setups of a driver that needs a map: the driving node has none. With --check: compares only.
 """
 
 from __future__ import annotations
@@ -8,24 +8,33 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-import yaml
-
 from firstlap.config.setup_file import list_setups, load_setup
+from firstlap.drivers import DRIVERS
 
 FOLDER = Path(__file__).resolve().parents[1] / "ros" / "firstlap_ros" / "config"
+TEXT = """\
+# Written by scripts/generate_ros_config.py. Do not edit: copy it, and add what differs on your car.
+# The driving node takes every other parameter from setups/{name}.yaml, and what that does not set from its defaults.
+# All parameters: docs/parameters.md, `ros2 param list`, `ros2 param describe`. A check: firstlap check {name}.
+/**:
+  ros__parameters:
+    setup: {name}
+"""
+
+
+def names() -> list[str]:
+    """The setups that the driving node can drive."""
+    return [name for name in list_setups() if not DRIVERS[load_setup(name).driver].needs_map]
 
 
 def parameter_file(name: str) -> str:
-    """The text of one file."""
-    setup = load_setup(name)
-    parameters = {"driver": setup.driver, **setup.values()}
-    text = yaml.safe_dump({"/**": {"ros__parameters": parameters}}, sort_keys=False, default_flow_style=False)
-    return f"# Written by scripts/generate_ros_config.py from setups/{name}.yaml. Do not edit.\n{text}"
+    """The text of the parameter file of one setup."""
+    return TEXT.format(name=name)
 
 
 def main(check: bool) -> int:
     """Exit code: 1 where a file is not what it should be."""
-    wanted = {f"{name}.yaml": parameter_file(name) for name in list_setups()}
+    wanted = {f"{name}.yaml": parameter_file(name) for name in names()}
     there = {path.name: path.read_text(encoding="utf-8") for path in FOLDER.glob("*.yaml")}
     if wanted == there:
         return 0

@@ -14,6 +14,8 @@ import yaml
 
 import firstlap
 from firstlap.common.errors import InputError
+from firstlap.config.setup_file import load_setup
+from firstlap.drivers.driving import Driving
 from firstlap.ros import require_ros
 from firstlap.ros.trace_message import topics_of
 
@@ -43,6 +45,14 @@ def test_the_parameter_files_are_what_the_setups_say() -> None:
         [sys.executable, ROOT / "scripts" / "generate_ros_config.py", "--check"], capture_output=True, text=True
     )
     assert found.returncode == 0, found.stderr
+
+
+@pytest.mark.parametrize("name", sorted(path.stem for path in (PACKAGE / "config").glob("*.yaml")))
+def test_a_parameter_file_gives_its_setup_and_repeats_nothing_that_the_node_has_anyway(name: str) -> None:
+    parameters = yaml.safe_load((PACKAGE / "config" / f"{name}.yaml").read_text())["/**"]["ros__parameters"]
+    driving = Driving.of(parameters.pop("driver", ""), parameters.pop("setup", ""))
+    assert driving.setup == load_setup(name)
+    assert not parameters
 
 
 def test_the_package_depends_on_every_ros_module_that_is_imported() -> None:
