@@ -9,7 +9,8 @@
 
 int main() {
   constexpr double half_width = 1.0, offset = 0.3, period = 0.025;
-  firstlap::Racer racer{firstlap::Params{}};  // defaults; throws std::invalid_argument for values out of range
+  // The paper's base setting. Throws std::invalid_argument for values out of range.
+  firstlap::Racer racer{firstlap::Params{}};
 
   std::vector<float> ranges(1081);
   firstlap::LaserScan scan;

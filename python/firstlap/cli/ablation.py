@@ -24,12 +24,13 @@ from firstlap.cli.common import (
 from firstlap.cli.survey import expand
 from firstlap.common.errors import InputError
 from firstlap.common.version import __version__
-from firstlap.config.setup_file import LOCAL, load_setup
+from firstlap.config.setup_file import DEFAULT_SETUP, LOCAL, load_setup
 from firstlap.evaluation.ablation.measure import REFERENCE, Ablation, Job, Plan
 from firstlap.evaluation.ablation.rules import additions, chosen_rules, together
 from firstlap.recordings.recording import Recording
 from firstlap.tracks.library import load_track
 
+DEFAULT_SETUPS = (DEFAULT_SETUP, "brisk")
 PAPER, FULL = "paper_base", "base"
 """The way of --from-paper."""
 
@@ -45,7 +46,8 @@ def ablation(
         typer.Option("--from-paper", help="Start from paper_base and add what is ours, one rule more in each row."),
     ] = False,
     setups: Annotated[
-        list[str] | None, typer.Option("--setup", metavar="SETUP", help="Repeatable; default: sure and brisk.")
+        list[str] | None,
+        typer.Option("--setup", metavar="SETUP", help=f"Repeatable; default: {' and '.join(DEFAULT_SETUPS)}."),
     ] = None,
     disturbed: Annotated[
         int, typer.Option("--disturbed", min=0, help="So many of the tracks, the first ones, also with disturbances.")
@@ -75,7 +77,7 @@ def ablation(
     specs = list(loaded)
     if from_paper and (setups or rules or at_once):
         raise InputError("--from-paper: takes neither --setup, --rule nor --together; it goes from paper_base to base")
-    chosen = [load_setup(name) for name in ([PAPER] if from_paper else setups or ("sure", "brisk"))]
+    chosen = [load_setup(name) for name in ([PAPER] if from_paper else setups or DEFAULT_SETUPS)]
     for setup in chosen:
         if setup.driver != LOCAL:
             raise InputError(f"--setup {setup.name}: is for driver {setup.driver}; expected one for {LOCAL}")

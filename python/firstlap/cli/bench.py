@@ -19,6 +19,7 @@ from firstlap.cli.common import (
 from firstlap.common.text import short_name
 from firstlap.common.version import __version__
 from firstlap.config.car_file import load_car
+from firstlap.config.setup_file import LOCAL
 from firstlap.evaluation.bench import bench as run_bench
 from firstlap.tracks.library import load_track
 
@@ -31,7 +32,7 @@ ROWS = {
 
 def bench(
     track: Annotated[str, typer.Argument(metavar="TRACK", help="As for `race`.")] = "arena",
-    setup: SetupOption = "sure",
+    setup: SetupOption = None,
     changes: SetOption = None,
     car: CarOption = "default",
     as_json: JsonOption = False,
@@ -39,7 +40,7 @@ def bench(
     """Time a step, a scan and a whole race on one core, with a reference in the same run."""
     found = {
         "version": __version__,
-        **run_bench(load_track(track), chosen_setup(setup, changes, "local"), load_car(car)),
+        **run_bench(load_track(track), chosen_setup(setup, changes, LOCAL), load_car(car)),
     }
     if as_json:
         print_json(found)

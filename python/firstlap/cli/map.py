@@ -53,7 +53,7 @@ def map_command(
     output: Annotated[
         Path, typer.Option("-o", "--output", metavar="MAP", help="Output YAML; the PGM is written next to it.")
     ],
-    setup: SetupOption = "sure",
+    setup: SetupOption = None,
     changes: Annotated[
         list[str] | None,
         typer.Option("--set", metavar="NAME=VALUE", help="Change one parameter of mapping; repeatable."),

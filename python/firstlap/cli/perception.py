@@ -39,7 +39,7 @@ def perception(
             metavar="TRACK", help="Tracks as for `race`; all: all our tracks; random:1-20: twenty random tracks."
         ),
     ],
-    setup: SetupOption = "sure",
+    setup: SetupOption = None,
     changes: SetOption = None,
     laps: LapsOption = 1,
     seed: SeedOption = 1,

@@ -39,7 +39,7 @@ from firstlap.tracks.library import load_track
 
 def robustness(
     tracks: Annotated[list[str], typer.Argument(metavar="TRACK", help="Tracks as for `survey`.")],
-    setup: SetupOption = "sure",
+    setup: SetupOption = None,
     changes: SetOption = None,
     sweeps: Annotated[
         list[str] | None,

@@ -17,6 +17,10 @@ from firstlap.config.driver_kind import Params, driver_kind
 from firstlap.config.parameters import FieldTable, Value, Values, has_information
 
 LOCAL = "local"
+DEFAULT_SETUP = "sure"
+"""What drives if neither a driver nor a setup is named, everywhere (docs/adr/0013-defaults.md)."""
+BASE = "base"
+"""The paper's base setting; its values are the defaults of `SETUP_FIELDS` and of the C++ core."""
 SETUP_FIELDS = FieldTable(_core.Params.fields())
 
 
@@ -129,7 +133,7 @@ def load_setup(spec: str | Path, driver: str | None = None) -> Setup:
 def choose_setup(driver: str | None, setup: str | Path | Setup | None) -> Setup:
     """The setup for the given driver and setup, either of which may be None. Raises InputError.
 
-    Neither: driver local with `sure`. Only a driver: its default setup. Only a setup: the driver named in it.
+    Neither: `DEFAULT_SETUP`. Only a driver: its default setup. Only a setup: the driver named in it.
     """
     if driver is not None:
         driver_kind(driver)

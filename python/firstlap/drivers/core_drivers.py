@@ -7,6 +7,7 @@ from typing import Any
 from firstlap import _core
 from firstlap.config.driver_kind import CoreHandle, DriverKind
 from firstlap.config.parameters import FieldTable
+from firstlap.config.setup_file import DEFAULT_SETUP, LOCAL
 
 
 def _core_kind(name: str, title: str, params: Any, driver: Any, default_setup: str) -> DriverKind:
@@ -21,7 +22,7 @@ def _core_kind(name: str, title: str, params: Any, driver: Any, default_setup: s
 
 
 CORE_DRIVERS = (
-    _core_kind("local", "the method of the paper", _core.Params, _core.Racer, "sure"),
+    _core_kind(LOCAL, "the method of the paper", _core.Params, _core.Racer, DEFAULT_SETUP),
     _core_kind("gap", "follow the gap", _core.FollowTheGapParams, _core.FollowTheGap, "gap"),
     _core_kind(
         "disparity", "the disparity extender", _core.DisparityExtenderParams, _core.DisparityExtender, "disparity"

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from firstlap.common.errors import InputError
 from firstlap.config.car_file import Car, load_car
-from firstlap.config.setup_file import Setup, load_setup
+from firstlap.config.setup_file import LOCAL, Setup, choose_setup
 from firstlap.drivers.racer import Racer
 from firstlap.mapping.make import SCANS_PER_LOOK, MappingProgress, MapResult, finish, mapped, no_loop, no_progress
 from firstlap.mapping.observation import Observation, motion_of
@@ -69,7 +69,7 @@ def map_track(
     """Drives a slow lap in the simulator and makes a map from scans and noisy odometry. Raises InputError."""
     load_gtsam()
     settings, car = settings or map_settings(), car or load_car("default")
-    drive = MappingDrive(track, setup or load_setup("sure"), car, settings.get("drive.speed"), seed)
+    drive = MappingDrive(track, choose_setup(LOCAL, setup), car, settings.get("drive.speed"), seed)
     mapper = Mapper(settings, car.core)
 
     def going(seen: Mapper) -> bool:

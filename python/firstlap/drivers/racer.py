@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from firstlap import _core
 from firstlap.config.car_file import Car
-from firstlap.config.setup_file import Setup, choose_setup
+from firstlap.config.setup_file import LOCAL, Setup, choose_setup
 from firstlap.perception.scan import USUAL_PERIOD
 
 
@@ -29,10 +29,10 @@ def step_core(core: _core.Driver, scan: _core.LaserScan, state: _core.VehicleSta
 class Racer:
     """The complete method with its memory: call `step` once per scan."""
 
-    def __init__(self, setup: str | Setup = "sure", car: Car | None = None) -> None:
-        """setup: a name, a file or a Setup. car: its geometry is used for `car.*` values that the setup does not
-        set."""
-        self.setup = choose_setup("local", setup)
+    def __init__(self, setup: str | Setup | None = None, car: Car | None = None) -> None:
+        """setup: a name, a file or a Setup; None: the default setup. car: its geometry and dynamics are used for
+        `car.*` values that the setup does not set."""
+        self.setup = choose_setup(LOCAL, setup)
         self.core = _core.Racer(self.setup.params(car.core if car else None))
 
     def step(

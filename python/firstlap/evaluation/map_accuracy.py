@@ -40,7 +40,7 @@ class MapError:
 
 def true_start(track: Track, car: Car) -> tuple[float, float, float]:
     """The true pose of base_link at the start of a race, in the track's frame [m, rad]."""
-    x, y, yaw = start_race(track, Racer("sure", car), car, laps=1).pose
+    x, y, yaw = start_race(track, Racer(car=car), car, laps=1).pose
     return x, y, yaw
 
 

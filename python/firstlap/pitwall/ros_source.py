@@ -16,7 +16,7 @@ from firstlap.common.errors import InputError
 from firstlap.config.car_file import Car, car_section, load_car
 from firstlap.config.driver_kind import driver_kind
 from firstlap.config.parameters import Field, Value
-from firstlap.config.setup_file import Setup, load_setup
+from firstlap.config.setup_file import Setup, choose_setup
 from firstlap.perception.frames import mount_of
 from firstlap.perception.scan import Mount, laser_of, ray_ends, set_laser
 from firstlap.pitwall.frame import Frame, Scenery
@@ -41,8 +41,6 @@ FIRST = 5.0
 """[s]"""
 MAP_LASTS, MAP_LONGEST = 2.0, 16.0
 """[s] that `start`, and the first try, waits for what somebody publishes of the map; each further one twice as long."""
-UNKNOWN = "sure"
-"""The setup that is shown as long as no driving node has said its own."""
 
 
 class RosSource(Holding):
@@ -60,7 +58,7 @@ class RosSource(Holding):
         self._patience = patience
         self.car: Car = load_car("default")
         self.scenery = Scenery()
-        super().__init__(load_setup(UNKNOWN))
+        super().__init__(choose_setup(None, None))  # until a driving node has said its own
         self._known = threading.Event()
         self._changing = threading.Lock()
         self._places = Places()

@@ -12,14 +12,14 @@ from firstlap import _core
 from firstlap.common.version import __version__
 from firstlap.config.car_file import Car
 from firstlap.config.parameters import Field, Value
-from firstlap.config.setup_file import Setup, load_setup
+from firstlap.config.setup_file import BASE, Setup, load_setup
 from firstlap.sim.race import RaceResult, race
 from firstlap.tracks.track import Track
 from firstlap.tuning.plots import draw_laps, draw_parameters, embedded
 from firstlap.tuning.report import number, page, table
 from firstlap.tuning.settings import Setting
 
-FIRST, LAST = "base", "race"
+FIRST, LAST = BASE, "race"
 PRINTED: Mapping[int, Mapping[str, float]] = {
     2: {"k_ang": 0.3, "l_max": 0.6, "v_min": 2.3, "v_max": 6.5},
     4: {"k_soft": 10.0, "k_damp": 10.0},

@@ -10,14 +10,13 @@ from firstlap.common.errors import InputError
 from firstlap.common.version import __version__
 from firstlap.config.car_file import Car
 from firstlap.config.driver_kind import driver_kind
-from firstlap.config.setup_file import LOCAL, Setup, choose_setup, list_setups, load_setup
+from firstlap.config.setup_file import BASE, LOCAL, Setup, choose_setup, list_setups, load_setup
 from firstlap.tracks.track import Track
 from firstlap.tuning.candidate import Problem, plain_car
 from firstlap.tuning.space import Space, make_space
 from firstlap.tuning.study import study_names, track_digest
 from firstlap.tuning.variation import SPREAD_NAMES, corners
 
-BASE = "base"
 SEARCHED = ("laps", "margin", "hopeless", "slowest")
 """Rows of the evaluation table that affect the search; the others apply after it."""
 

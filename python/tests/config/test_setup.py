@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+import ast
+import inspect
+from pathlib import Path
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 import firstlap
+from firstlap import _core
+from firstlap.cli import app
 from firstlap.common.errors import InputError
 from firstlap.config.car_file import CAR_FIELDS, parse_car
-from firstlap.config.setup_file import SETUP_FIELDS, parse_setup
+from firstlap.config.setup_file import BASE, DEFAULT_SETUP, LOCAL, SETUP_FIELDS, choose_setup, parse_setup
+from firstlap.drivers.driving import Driving
 
 
 @pytest.mark.parametrize("name", firstlap.list_setups())
@@ -27,6 +34,37 @@ def test_base_and_race_carry_the_published_gains():
     names = ("k_ang", "k_dist", "k_soft", "k_damp", "k_rate", "v_min", "v_max", "l_max")
     for setup, values in published.items():
         assert tuple(firstlap.load_setup(setup).get(name) for name in names) == values
+
+
+def test_the_defaults_of_the_core_are_the_papers_base_setting():
+    assert _core.Params().values() == firstlap.load_setup(BASE).values()
+    assert all(field.default == firstlap.load_setup(BASE).get(field.key) for field in SETUP_FIELDS.fields)
+
+
+def test_where_nothing_is_named_the_default_setup_drives():
+    default = firstlap.load_setup(DEFAULT_SETUP)
+    assert choose_setup(None, None) == choose_setup(LOCAL, None) == default
+    assert firstlap.Racer().setup == Driving.of("", "").setup == default
+    assert firstlap.race(firstlap.load_track("oval"), laps=1).setup == default
+
+
+@pytest.mark.parametrize("command", [one for one in app.registered_commands if one.callback], ids=lambda one: one.name)
+def test_no_command_has_a_default_setup_of_its_own(command):
+    options = inspect.signature(command.callback).parameters
+    undecided = (None, inspect.Parameter.empty)
+    assert all(options[name].default in undecided for name in options.keys() & {"setup", "setups", "driver"})
+
+
+def test_the_default_setup_is_named_in_one_place():
+    root = Path(firstlap.__file__).parent
+    files = [*root.rglob("*.py"), *(root.parents[1] / "ros").rglob("*.py")]
+    constants = {
+        path.name
+        for path in files
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Constant) and str(node.value).removesuffix(".yaml") == DEFAULT_SETUP
+    }
+    assert constants == {"setup_file.py"}
 
 
 def test_names_are_unique_over_all_sections_so_that_set_needs_none():

@@ -2,14 +2,12 @@
 
 from launch import LaunchContext, LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
-from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
+from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import LifecycleNode
 from launch_ros.parameter_descriptions import ParameterValue
-from launch_ros.substitutions import FindPackageShare
 
-SURE = PathJoinSubstitution([FindPackageShare("firstlap_ros"), "config", "sure.yaml"])
 ARGUMENTS = {
-    "params_file": (SURE, "a parameter file; config holds one for each setup"),
+    "params_file": ("", "a parameter file; config holds one for each setup"),
     "namespace": ("", "of one car among several"),
 }
 PARAMETERS = {
@@ -30,12 +28,13 @@ def _node(context: LaunchContext) -> list[LifecycleNode]:
         for name, (kind, _, _) in PARAMETERS.items()
         if LaunchConfiguration(name).perform(context)
     }
+    file = LaunchConfiguration("params_file").perform(context)
     node = LifecycleNode(
         package="firstlap_ros",
         executable="drive",
         name="firstlap_drive",
         namespace=LaunchConfiguration("namespace"),
-        parameters=[LaunchConfiguration("params_file"), given],
+        parameters=[*([file] if file else []), given],
         output="screen",
     )
     return [node]

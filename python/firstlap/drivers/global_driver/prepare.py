@@ -13,7 +13,7 @@ import numpy as np
 from firstlap.common.errors import InputError
 from firstlap.config.car_file import Car
 from firstlap.config.driver_kind import Preparation, ProgressCallback
-from firstlap.config.setup_file import load_setup
+from firstlap.config.setup_file import DEFAULT_SETUP, load_setup
 from firstlap.drivers.global_driver.cache import key_of, stored
 from firstlap.drivers.global_driver.drivable_area import road_of
 from firstlap.drivers.global_driver.params import Parts
@@ -26,7 +26,7 @@ from firstlap.tracks.ros_map import load_ros_map
 from firstlap.tracks.track import Track
 from firstlap.tracks.track_hash import track_hash
 
-MAPPING_SETUP = "sure"
+MAPPING_SETUP = DEFAULT_SETUP
 MAP_FILE, ROAD_FILE, LINE_FILE = "map.yaml", "road.yaml", "line.csv"
 MAP_SHARE, LINE_SHARE = 0.6, 0.4
 """Shares of the total progress."""
