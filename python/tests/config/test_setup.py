@@ -15,8 +15,17 @@ from firstlap import _core
 from firstlap.cli import app
 from firstlap.common.errors import InputError
 from firstlap.config.car_file import CAR_FIELDS, parse_car
-from firstlap.config.setup_file import BASE, DEFAULT_SETUP, LOCAL, SETUP_FIELDS, choose_setup, parse_setup
+from firstlap.config.setup_file import (
+    BASE,
+    DEFAULT_SETUP,
+    LOCAL,
+    SETUP_FIELDS,
+    choose_setup,
+    parse_setup,
+    setups_folder,
+)
 from firstlap.drivers.driving import Driving
+from firstlap.tuning.paper import PRINTED, PRINTED_LAPS
 
 
 @pytest.mark.parametrize("name", firstlap.list_setups())
@@ -26,14 +35,48 @@ def test_our_setups_are_valid(name):
     setup.params().validate()
 
 
-def test_base_and_race_carry_the_published_gains():
-    published = {
-        "base": (0.6, 0.5, 5.0, 1.0, -0.013, 2.0, 4.0, 0.2),
-        "race": (0.30, 0.5, 10.0, 10.0, 0.005, 2.75, 10.0, 0.85),
+def published() -> dict[int, dict[str, float]]:
+    """The table of docs/paper.md: {setting: {parameter or "lap": value}}."""
+    page = (Path(__file__).resolve().parents[3] / "docs" / "paper.md").read_text(encoding="utf-8")
+    header, _, *rows = [line for line in page.partition("## Published values")[2].splitlines() if line[:1] == "|"]
+    settings = [int(cell.removeprefix("setting")) for cell in cells(header)[1:]]
+    table: dict[int, dict[str, float]] = {setting: {} for setting in settings}
+    for name, *values in map(cells, rows):
+        for setting, value in zip(settings, values, strict=True):
+            if value:
+                table[setting][name.strip("`").removesuffix(" [s]")] = float(value)
+    return table
+
+
+def cells(row: str) -> list[str]:
+    return [cell.strip() for cell in row.strip("|").split("|")]
+
+
+def test_base_and_race_carry_the_published_values():
+    for setting, setup in ((0, firstlap.load_setup(BASE)), (5, firstlap.load_setup("race"))):
+        values = published()[setting]
+        assert values.pop("lap") == PRINTED_LAPS[setting]
+        assert {name: setup.get(name) for name in values} == values
+
+
+def test_base_states_every_published_value_itself():
+    stated = {name for _, name in firstlap.load_setup(BASE).given}
+    assert published()[0].keys() - stated == {"lap"}
+
+
+def test_every_value_of_base_says_whether_it_is_the_papers_or_ours():
+    text = (setups_folder() / f"{BASE}.yaml").read_text(encoding="utf-8")
+    comments = [line.partition("# ")[2] for line in text.splitlines() if line.startswith("  ")]
+    assert len(comments) == len(firstlap.load_setup(BASE).given)
+    assert all(comment.startswith(("paper", "ours")) for comment in comments)
+
+
+def test_the_settings_between_are_the_published_ones():
+    between = {setting: values for setting, values in published().items() if setting not in (0, 5)}
+    assert {setting: values.pop("lap") for setting, values in between.items()} == {
+        setting: PRINTED_LAPS[setting] for setting in between
     }
-    names = ("k_ang", "k_dist", "k_soft", "k_damp", "k_rate", "v_min", "v_max", "l_max")
-    for setup, values in published.items():
-        assert tuple(firstlap.load_setup(setup).get(name) for name in names) == values
+    assert between == PRINTED
 
 
 def test_the_defaults_of_the_core_are_the_papers_base_setting():
