@@ -68,8 +68,9 @@ void bind_localization(nb::module_& m) {
       .def(
           "__init__",
           [](localization::Localizer* self, const localization::LikelihoodField& field, const sim::Car& car,
-             const LocalizerParams& params,
-             std::uint64_t seed) { new (self) localization::Localizer(field, car.geometry, params, seed); },
+             const LocalizerParams& params, std::uint64_t seed) {
+            new (self) localization::Localizer(field, {car.geometry, car.vehicle}, params, seed);
+          },
           nb::arg("field"), nb::arg("car"), nb::arg("params"), nb::arg("seed"))
       .def(
           "start",

@@ -27,6 +27,9 @@ struct CarDynamics {
   }
 };
 
+// [s] Response time of the speed to a changed command: transport delay plus time constant of the speed loop.
+inline double speed_response_time(const CarDynamics& car) noexcept { return car.speed_delay + 1.0 / car.speed_gain; }
+
 // The planner's model of the car.
 struct CarModel : CarGeometry, CarDynamics {
   static constexpr auto fields() { return std::tuple_cat(CarGeometry::fields(), CarDynamics::fields()); }

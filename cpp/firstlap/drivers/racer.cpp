@@ -34,7 +34,7 @@ StepResult Racer::drive(const LaserScan& scan, const VehicleState& measured, dou
   if (!memory_.initialized || dt > max_pause) reset();
 
   // 2. Estimation: correct the measured speed, and move the memory by odometry.
-  step.speed_scale = learn_from_driving(measured, dt, params_.speed_scale, memory_);
+  step.speed_scale = learn_from_driving(measured, dt, params_.car, params_.speed_scale, memory_);
   const VehicleState state{measured.speed * step.speed_scale, measured.yaw_rate, measured.steering_angle};
   move_by_odometry(state, step.speed_scale, dt, params_.centerline, memory_);
   memory_.period.learn(dt);
@@ -78,7 +78,7 @@ StepResult Racer::drive_blind(double dt) noexcept {
   if (!timed) reset();
   if (memory_.initialized && timed) {
     VehicleState state = memory_.measured;
-    work_.step.speed_scale = learn_from_driving(state, dt, params_.speed_scale, memory_);
+    work_.step.speed_scale = learn_from_driving(state, dt, params_.car, params_.speed_scale, memory_);
     state.speed *= work_.step.speed_scale;
     move_by_odometry(state, work_.step.speed_scale, dt, params_.centerline, memory_);
   }

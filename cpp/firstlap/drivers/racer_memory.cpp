@@ -50,9 +50,10 @@ void extend_trail(double driven, double spacing, RacerMemory& memory) noexcept {
 
 }  // namespace
 
-double learn_from_driving(const VehicleState& measured, double dt, const SpeedScaleParams& params,
-                          RacerMemory& memory) noexcept {
-  learn_from_command(memory.command.speed, measured.speed, dt, params, memory.speed_scale);
+double learn_from_driving(const VehicleState& measured, double dt, const CarDynamics& car,
+                          const SpeedScaleParams& params, RacerMemory& memory) noexcept {
+  expect_speed(memory.command.speed, dt, car, memory.speed_scale);
+  learn_from_command(measured.speed, dt, params, memory.speed_scale);
   return measured_speed_scale(memory.speed_scale, params);
 }
 

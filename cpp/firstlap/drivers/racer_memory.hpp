@@ -47,8 +47,8 @@ inline double width_of(const RacerMemory& memory, const TrackWidthParams& params
 }
 
 // Updates the command scale with the response to the last command. Returns true speed per measured speed.
-double learn_from_driving(const VehicleState& measured, double dt, const SpeedScaleParams& params,
-                          RacerMemory& memory) noexcept;
+double learn_from_driving(const VehicleState& measured, double dt, const CarDynamics& car,
+                          const SpeedScaleParams& params, RacerMemory& memory) noexcept;
 
 // Dead reckoning: transforms everything remembered into base_link `dt` [s] later, when the car has `state`. `scale`:
 // true speed per measured speed.

@@ -15,7 +15,6 @@ struct SpeedScaleParams {
   double scale_sigma = 0.03;
   double scale_drift = 0.01;
   double scale_time = 4.0;
-  double response_time = 0.15;
 
   static constexpr auto fields() {
     using P = SpeedScaleParams;
@@ -30,8 +29,6 @@ struct SpeedScaleParams {
         Field{"scale_drift", &P::scale_drift, "1/sqrt(s)", 0.0, 0.5, "random walk of the scale"},
         Field{"scale_time", &P::scale_time, "s", 0.5, 60.0,
               "time constant of the comparison of commanded and measured speed"},
-        Field{"response_time", &P::response_time, "s", 0.0, 1.0,
-              "time constant of the car's response to a speed command"},
     };
   }
 };

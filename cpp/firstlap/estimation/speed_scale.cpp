@@ -116,9 +116,11 @@ void learn_from_walls(const MotionError& error, double moved, double measured, d
   scale.ratio = std::clamp(scale.ratio, 1.0 - params.scale_limit, 1.0 + params.scale_limit);
 }
 
-void learn_from_command(double command, double measured, double dt, const SpeedScaleParams& params,
-                        SpeedScale& scale) noexcept {
-  scale.expected += (command - scale.expected) * (1.0 - std::exp(-dt / params.response_time));
+void expect_speed(double command, double dt, const CarDynamics& car, SpeedScale& scale) noexcept {
+  scale.expected += (command - scale.expected) * (1.0 - std::exp(-dt / speed_response_time(car)));
+}
+
+void learn_from_command(double measured, double dt, const SpeedScaleParams& params, SpeedScale& scale) noexcept {
   if (params.scale_limit <= 0.0) return;
   // A car that is held, braked or pushed gives no information about the scale.
   const double credible = params.scale_limit * scale.expected;

@@ -3,6 +3,7 @@
 // significantly from 1, and bounded.
 #pragma once
 
+#include "firstlap/common/car_dynamics.hpp"
 #include "firstlap/estimation/params.hpp"
 #include "firstlap/perception/local_walls.hpp"
 #include "firstlap/perception/section_samples.hpp"
@@ -36,9 +37,11 @@ struct SpeedScale {
 void learn_from_walls(const MotionError& error, double moved, double measured, double dt,
                       const SpeedScaleParams& params, SpeedScale& scale) noexcept;
 
-// Update after `dt` [s] with `command` [m/s] in effect; `measured` [m/s] is the speed at the end.
-void learn_from_command(double command, double measured, double dt, const SpeedScaleParams& params,
-                        SpeedScale& scale) noexcept;
+// Updates the speed expected after `dt` [s] with `command` [m/s] in effect.
+void expect_speed(double command, double dt, const CarDynamics& car, SpeedScale& scale) noexcept;
+
+// Update with `measured` [m/s], `dt` [s] after the last one, while the car was expected to follow its commands.
+void learn_from_command(double measured, double dt, const SpeedScaleParams& params, SpeedScale& scale) noexcept;
 
 // Factor for measured speeds; exactly 1 without a significant error.
 double measured_speed_scale(const SpeedScale& scale, const SpeedScaleParams& params) noexcept;

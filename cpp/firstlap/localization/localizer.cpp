@@ -45,8 +45,9 @@ Pose2 predicted(const Pose2& pose, const VehicleState& state, const MotionParams
   return {later.x, later.y, wrap_angle(later.yaw)};
 }
 
-Localizer::Localizer(LikelihoodField field, const CarGeometry& car, const LocalizerParams& params, std::uint64_t seed)
+Localizer::Localizer(LikelihoodField field, const CarModel& car, const LocalizerParams& params, std::uint64_t seed)
     : field_(std::move(field)),
+      car_(car),
       params_(validated(params)),
       maker_(params.cloud, car),
       filter_(field_, params.filter, params.motion, seed),
@@ -79,7 +80,8 @@ Estimate Localizer::step(const LaserScan& scan, const VehicleState& state, doubl
   dt = std::isfinite(dt) ? std::clamp(dt, 0.0, max_step) : 0.0;
   if (!started_) return estimate_;
   VehicleState used = sane(state) ? state : VehicleState{};
-  learn_from_command(speed_command_, used.speed, dt, params_.speed_scale, speed_scale_);
+  expect_speed(speed_command_, dt, car_, speed_scale_);
+  learn_from_command(used.speed, dt, params_.speed_scale, speed_scale_);
   estimate_.speed_scale = measured_speed_scale(speed_scale_, params_.speed_scale);
   estimate_.command_scale = command_speed_scale(speed_scale_, params_.speed_scale);
   used.speed *= estimate_.speed_scale;

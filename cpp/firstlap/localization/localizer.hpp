@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <tuple>
 
-#include "firstlap/common/car_geometry.hpp"
+#include "firstlap/common/car_dynamics.hpp"
 #include "firstlap/common/types.hpp"
 #include "firstlap/estimation/speed_scale.hpp"
 #include "firstlap/localization/likelihood_field.hpp"
@@ -49,7 +49,7 @@ Pose2 predicted(const Pose2& pose, const VehicleState& state, const MotionParams
 class Localizer {
  public:
   // Throws std::invalid_argument with section, field, value and allowed range. Takes ownership of the field.
-  Localizer(LikelihoodField field, const CarGeometry& car, const LocalizerParams& params, std::uint64_t seed);
+  Localizer(LikelihoodField field, const CarModel& car, const LocalizerParams& params, std::uint64_t seed);
   Localizer(const Localizer&) = delete;
   Localizer& operator=(const Localizer&) = delete;
 
@@ -79,6 +79,7 @@ class Localizer {
   void resample() noexcept;
 
   LikelihoodField field_;
+  CarDynamics car_;
   LocalizerParams params_;
   mapping::CloudMaker maker_;
   ParticleFilter filter_;

@@ -68,7 +68,8 @@ SpeedScale after(double seconds, double true_speed, double measured, double comm
   SpeedScale scale;
   const double dt = 0.025;
   for (double t = 0.0; t < seconds; t += dt) {
-    learn_from_command(command, measured, dt, params, scale);
+    expect_speed(command, dt, CarDynamics{}, scale);
+    learn_from_command(measured, dt, params, scale);
     const double assumed = measured * measured_speed_scale(scale, params);
     learn_from_walls({(true_speed - assumed) * dt, 1e6}, assumed * dt, measured * dt, dt, params, scale);
   }
@@ -102,6 +103,17 @@ TEST(SpeedScale, IgnoresACarThatIsHeldBack) {
   const SpeedScale scale = after(8.0, 1.5, 1.5, 4.0);
   EXPECT_NEAR(scale.commanded_driven / scale.commanded_square, 1.0, 0.15);
   EXPECT_EQ(command_speed_scale(scale, params), 1.0);
+}
+
+// The car's own dynamics tell how long its speed takes: 1 - 1/e of the command after delay and time constant.
+TEST(SpeedScale, ExpectsTheSpeedThatTheCarsSpeedLoopGives) {
+  for (const CarDynamics& car : {CarDynamics{}, CarDynamics{.speed_delay = 0.1, .speed_gain = 4.0}}) {
+    const double time = car.speed_delay + 1.0 / car.speed_gain;
+    SpeedScale scale;
+    constexpr int steps = 100;
+    for (int i = 0; i < steps; ++i) expect_speed(4.0, time / steps, car, scale);
+    EXPECT_NEAR(scale.expected, 4.0 * (1.0 - std::exp(-1.0)), 1e-9);
+  }
 }
 
 TEST(SpeedScale, StaysWithinItsLimitAndCanBeSwitchedOff) {

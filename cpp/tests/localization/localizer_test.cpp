@@ -71,7 +71,7 @@ TEST(Localizer, finds_the_error_of_the_measured_speed_soon_and_that_of_the_comma
 TEST(Localizer, does_not_correct_speeds_if_the_limit_is_0) {
   LocalizerParams params;
   params.speed_scale.scale_limit = 0.0;
-  Localizer localizer(testing::field_of_track(wavy()), CarGeometry{}, params, 1);
+  Localizer localizer(testing::field_of_track(wavy()), CarModel{}, params, 1);
   Drive drive(wavy(), 5.0);
   localizer.start(drive.pose());
   for (int i = 0; i < 60; ++i) {

@@ -16,6 +16,15 @@ Values = dict[tuple[str, str], Value]
 """(section, name) -> value."""
 
 
+REMOVED = {
+    "block_overlap": "is now block_clearance",
+    "response_time": "was removed; it follows from car.speed_delay and car.speed_gain",
+    "far_sigma": "was removed with its rule",
+    "behind_score": "was removed with its rule",
+    "end_step": "was removed with its rule",
+}
+"""Former parameters, and what to tell who still sets them."""
+
 MAX_LISTED_NAMES = 20
 """Maximum number of names in a message."""
 
@@ -67,10 +76,14 @@ class FieldTable:
         raise InputError(f"{where}: unknown parameter '{name[:60]}'{self._nearest(name)}")
 
     def _nearest(self, name: str, section: str = "") -> str:
-        """A hint: the most similar name in any section, or else the known names (of `section`, if given)."""
+        """A hint: what became of the name, or the most similar one in any section, or else the known names (of
+        `section`, if given)."""
+        bare_name = name.rpartition(".")[2]
+        if bare_name in REMOVED:
+            return f" ({bare_name} {REMOVED[bare_name]})"
         bare = {field.name: field.key for field in self.fields}
         near = difflib.get_close_matches(name, self._by_key, n=1, cutoff=0.6)
-        near += [bare[n] for n in difflib.get_close_matches(name.rpartition(".")[2], bare, n=1, cutoff=0.5)]
+        near += [bare[n] for n in difflib.get_close_matches(bare_name, bare, n=1, cutoff=0.5)]
         names = [field.name for field in self.fields if field.section == section] or list(bare)
         known = ", ".join(names[:MAX_LISTED_NAMES]) + (", ..." if len(names) > MAX_LISTED_NAMES else "")
         return f" (did you mean {near[0]}?)" if near else f" (known: {known})"
