@@ -139,7 +139,7 @@ class Authenticator:
         self._key, self._key_until = secrets.token_urlsafe(18), time.monotonic() + OPENING
         return f"http://{_shown(self.host)}:{self.port}/?key={self._key}"
 
-    def _fits_key(self, request: Request) -> bool:
+    def _spend_key(self, request: Request) -> bool:
         """Whether the request has the key of `opening_url`, which is then spent."""
         given = parse_qs(urlsplit(request.path).query).get("key", [""])[-1]
         key, in_time = self._key, time.monotonic() < self._key_until
@@ -209,7 +209,7 @@ class Authenticator:
         def asked(connection: ServerConnection, request: Request) -> Response | None:
             role, refusal = self._judge(request)
             response: Response | None
-            if role is None and refusal == NO_TOKEN and self._fits_key(request):
+            if role is None and refusal == NO_TOKEN and self._spend_key(request):
                 role = Role.CONTROL
                 response = connection.respond(http.HTTPStatus.SEE_OTHER, "")
                 response.headers["Location"] = "/"

@@ -125,6 +125,7 @@ class Control:
         turn = self._turn
         self._touched = time.monotonic()
         value = self._meant(event.target.value)
+        self._wrong = None if self._is_possible(value) else value
         waits = self._wrong is not None or self._leaps(value)
         self._last = value
         if waits:
@@ -143,9 +144,10 @@ class Control:
         """On leaving a box, the page puts the nearest possible value for an impossible one: that was not asked for."""
         if self._wrong is not None and value in (self.field.min, self.field.max):
             return self._wrong
-        inside = isinstance(value, bool) or self.field.min <= value <= self.field.max
-        self._wrong = None if inside else value
         return value
+
+    def _is_possible(self, value: Value) -> bool:
+        return isinstance(value, bool) or self.field.min <= value <= self.field.max
 
     def _leaps(self, value: Value) -> bool:
         if self.field.type == "bool":

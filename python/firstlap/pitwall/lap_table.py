@@ -29,15 +29,19 @@ class LapTable:
 
     def show(self, frame: Frame) -> None:
         """The frame's laps, and its running one."""
+        self._follow(frame)
         self._html.content = table_of(frame.laps, self._running(frame))
 
-    def _running(self, frame: Frame) -> float | None:
-        """[s] of the running lap, to a frame; None where nobody saw it begin."""
+    def _follow(self, frame: Frame) -> None:
+        """Notes when the running lap began."""
         number = frame.laps[-1].number if frame.laps else 0
         if self._seen is None or number != self._seen or frame.time < self._time:
             fresh = self._seen is None or frame.time < self._time
             self._began = None if fresh and frame.time > AT_ONCE else frame.time
         self._seen, self._time = number, frame.time
+
+    def _running(self, frame: Frame) -> float | None:
+        """[s] of the running lap, to a frame; None where nobody saw it begin."""
         began = self._began if frame.began is None else frame.began
         return None if began is None or not frame.going else frame.time - began
 

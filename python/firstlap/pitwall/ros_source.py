@@ -182,10 +182,11 @@ class RosSource(Holding):
         """Somebody publishes what has not come: DDS loses a match now and then where processes were killed."""
         deaf = self._link.published(MAP_TOPIC) and not self._walls
         lost = self._link.published(TRUTH_TOPIC) and not self._places.in_map
-        if not (deaf or lost):
-            self._map_tries = 0
+        return deaf or lost
+
+    def _map_is_due(self) -> bool:
         patience = min(MAP_LASTS * 2.0 ** max(self._map_tries - 1, 0), MAP_LONGEST)
-        return (deaf or lost) and time.monotonic() - self._map_asked > patience
+        return time.monotonic() - self._map_asked > patience
 
     def _listen(self, scan: str, odom: str) -> None:
         """To the sensors, wherever they are now."""
@@ -295,7 +296,9 @@ class RosSource(Holding):
     # Who is there.
 
     def _look(self) -> None:
-        if self._lacks_map():
+        if not self._lacks_map():
+            self._map_tries = 0
+        elif self._map_is_due():
             self._hear_map()
         there = self._link.there()
         self._stale = self._stale or (there and not self._was_there)

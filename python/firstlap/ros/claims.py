@@ -56,15 +56,15 @@ class Claims:
     def hear(self, text: str, now: float) -> None:
         """A claim came at `now` [s], perhaps our own. Raises ValueError where it is none."""
         claim = decode(text)
+        self._others = {key: one for key, one in self._others.items() if now - one[1] <= LASTS}
         if claim[:2] != self._own:
             self._others[claim[:2]] = (claim, now)
 
     def reason(self, drives: bool, now: float) -> str:
         """Why we must not drive; empty where we may. drives: whether we do already."""
-        self._others = {key: one for key, one in self._others.items() if now - one[1] <= LASTS}
-        for key, (claim, _) in self._others.items():
+        for key, (claim, heard) in self._others.items():
             older = key < self._own
-            if (claim.drives and older) if drives else (claim.drives or older):
+            if now - heard <= LASTS and ((claim.drives and older) if drives else (claim.drives or older)):
                 does = "drives" if claim.drives else "was there first"
                 return f"another driving node {does}: {claim.who}; end one of them"
         return ""

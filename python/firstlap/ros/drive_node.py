@@ -26,6 +26,7 @@ from firstlap.drivers.driving import Driving
 from firstlap.perception.frames import Frames, mount_of
 from firstlap.perception.scan import USUAL_PERIOD, Mount
 from firstlap.ros.claims import HEARTBEAT
+from firstlap.ros.clock_watch import ClockWatch
 from firstlap.ros.conversions import judged, seconds, set_stamp, sweep_of
 from firstlap.ros.diagnostics import Health
 from firstlap.ros.emergency import EmergencyStop
@@ -85,7 +86,7 @@ class DriveNode(LifecycleNode):
         )
         self.active = False
         self.stops_left = 0
-        self._clock_seen, self._clock_moved = -1.0, time.monotonic()
+        self.clock = ClockWatch(CLOCK_STALL)
         self._used_sim_time = bool(value_of(self, "use_sim_time"))
         self.heard: list[Any] = []
         self.set_limits()
@@ -266,18 +267,29 @@ class DriveNode(LifecycleNode):
 
     def _clock_reason(self) -> str:
         """Why a simulated clock cannot be trusted."""
-        if not self._used_sim_time:
-            return ""
-        now, steady = self.now(), time.monotonic()
-        if now != self._clock_seen:
-            self._clock_seen, self._clock_moved = now, steady
-        stall = steady - self._clock_moved
-        return f"/clock stood still for {stall:.2f} s" if stall > CLOCK_STALL else ""
+        return self.clock.reason(time.monotonic()) if self._used_sim_time else ""
+
+    def look(self) -> None:
+        """Takes in what time it is, and stops the car if a clock, a source or the node itself fell silent. Call often.
+
+        While the car may not drive, the timeouts follow the measured periods.
+        """
+        steady = time.monotonic()
+        self.clock.look(self.now(), steady)
+        if not self.watchdog.armed:
+            self._set_timeouts()
+        elif self._clock_reason():
+            self.trip(self._clock_reason())
+        armed = self.watchdog.armed
+        reason = self.watchdog.check(self.watch_now(), steady)
+        if reason and armed:
+            self._say_stop(reason)
 
     # Consent and stops.
 
     def arm(self) -> str:
         """Why the car may not drive; empty when it does from now on."""
+        self.look()
         reason = EMERGENCY if self.emergency.pressed else self.ready()
         reason = reason or ("dead-man released" if DEADMAN in self.watchdog.timeouts and not self.deadman.held else "")
         reason = reason or self.watchdog.arm(self.watch_now())
@@ -287,7 +299,6 @@ class DriveNode(LifecycleNode):
 
     def ready(self) -> str:
         """What is still missing before the car could drive; empty when nothing is."""
-        self._set_timeouts()
         missing = self._clock_reason() or self.watchdog.missing(self.watch_now()) or self._mount_reason()
         return missing or self._rate_reason() or self.rivals.reason(False) or self.watch.reason
 
@@ -296,15 +307,8 @@ class DriveNode(LifecycleNode):
         return self.emergency.why_wait() or self.ready()
 
     def may_drive(self) -> bool:
-        """Whether nothing speaks against it; looks at all clocks."""
-        stalled = self._clock_reason()
-        if stalled and self.watchdog.armed:
-            self.trip(stalled)
-        armed = self.watchdog.armed
-        reason = self.watchdog.check(self.watch_now(), time.monotonic())
-        if reason and armed:
-            self._say_stop(reason)
-        return not reason
+        """Whether a person let it, and nothing spoke against it when it was last looked at."""
+        return self.active and self.watchdog.armed
 
     def trip(self, reason: str) -> None:
         """Stops until a person lets it go on."""
@@ -364,7 +368,7 @@ class DriveNode(LifecycleNode):
     def on_heartbeat(self) -> None:
         """Tells other driving nodes on the topic, and gives way to one that has precedence."""
         self.emergency.look(self)
-        drives = self.active and self.watchdog.armed
+        drives = self.may_drive()
         self.rivals.claim(drives)
         reason = self.rivals.reason(True) if drives else ""
         if reason:
@@ -374,10 +378,11 @@ class DriveNode(LifecycleNode):
 
     def on_check(self) -> None:
         """Looks for silence and contradictions, and repeats a stop for as long as it lasts."""
-        for remark in self.watch.news():
+        for remark in self.watch.take_news():
             self.get_logger().warning(remark)
         if self.watch.reason:
             self.trip(self.watch.reason)
+        self.look()
         if self.active:
             if not self.may_drive():
                 self.publish_stop()
@@ -400,6 +405,7 @@ class DriveNode(LifecycleNode):
         if reason:
             self.watchdog.reject(source, reason)
             return False
+        self.stamps[source].take(stamp)
         self.watchdog.feed(source, now)
         self.steps[source] = self.periods[source].hear(stamp)
         return True
@@ -486,7 +492,8 @@ class DriveNode(LifecycleNode):
         self.health.scan(dt, self.periods["scan"].seconds)
         if scan and self.mount:
             self.watch.hear_scan(scan, self._when(message) + sweep, self.mount)
-        if not (self.active and self.may_drive() and scan):
+        self.look()
+        if not (self.may_drive() and scan):
             return
         speed, yaw_rate, steering_angle = self.state.now()
         before = time.perf_counter()

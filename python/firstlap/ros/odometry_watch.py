@@ -134,7 +134,7 @@ class OdometryWatch:
         """time: [s] of its last beam."""
         self._waiting = _Waiting(scan, time, mount)
 
-    def news(self) -> list[str]:
+    def take_news(self) -> list[str]:
         """Remarks of pairs that were not remarked when this was last called."""
         if self.remarks is self._told:
             return []

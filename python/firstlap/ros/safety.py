@@ -133,8 +133,11 @@ class Stamps:
         age = now - stamp
         if self.max_age > 0.0 and not -self.max_age <= age <= self.max_age + took:
             return f"stamp {age:.2f} s old" if age > 0.0 else f"stamp {-age:.2f} s in the future"
-        self.last = stamp
         return ""
+
+    def take(self, stamp: float) -> None:
+        """The stamp of a message that is used: later ones must be after it."""
+        self.last = stamp
 
     def forget(self) -> None:
         """The source may begin anew."""

@@ -53,12 +53,12 @@ class Traces:
 
     def publish(self, state: tuple[float, float, float], stamp: float, spent: float, sent: tuple[float, float]) -> None:
         """After a step: state that it was given, end of its scan [s], time that it took [s], command that is sent."""
-        if self._wanted():
+        if self._take_turn():
             self._send(self._told(state, stamp, spent, "", sent), self._node.driving.handle.trace)
 
     def stands(self) -> None:
         """While the car may not drive: why."""
-        if self._wanted():
+        if self._take_turn():
             node = self._node
             why = (node.watchdog.tripped or "not armed") if node.active else "the node is not active"
             self._send(self._told(node.state.now(), node.now(), 0.0, why, (0.0, node.state.commanded)), {})
@@ -67,7 +67,8 @@ class Traces:
         """The topics that somebody listens to."""
         return {name for name, publisher in self._publishers.items() if publisher.get_subscription_count()}
 
-    def _wanted(self) -> bool:
+    def _take_turn(self) -> bool:
+        """Whether this step is sent; if so, the next one is due a period later."""
         now, rate = time.monotonic(), value_of(self._node, "trace_rate")
         if rate <= 0.0 or now < self._next - EARLY / rate or not self._heard():
             return False

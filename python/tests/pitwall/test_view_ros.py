@@ -109,10 +109,10 @@ def test_a_map_that_is_published_and_does_not_come_is_asked_for_again_ever_more_
 ) -> None:
     source = RosSource()
     monkeypatch.setattr(source._link, "published", lambda topic: topic == MAP_TOPIC)
-    assert source._lacks_map()
+    assert source._lacks_map() and source._map_is_due()
     for tries, silent, again in ((1, 1.0, False), (1, 3.0, True), (3, 3.0, False), (3, 9.0, True), (99, 17.0, True)):
         source._map_tries, source._map_asked = tries, time.monotonic() - silent
-        assert source._lacks_map() == again
+        assert source._lacks_map() and source._map_is_due() == again
     source._walls = (np.zeros((2, 2)),)
     assert not source._lacks_map()
     source._walls = ()

@@ -75,9 +75,9 @@ def test_a_push_shows_wrong_odometry_and_a_push_with_right_odometry_takes_it_bac
 ) -> None:
     car.drive(3.0, 0.8, forward)
     assert words in car.watch.reason
-    (news,) = car.watch.news()
+    (news,) = car.watch.take_news()
     assert words in news
-    assert car.watch.news() == [], "said once"
+    assert car.watch.take_news() == [], "said once"
     car.drive(3.0, 0.8)
     assert car.watch.reason == ""
 

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from firstlap.ros.clock_watch import ClockWatch
 from firstlap.ros.safety import DeadMan, Stamps, Watchdog, button_of, within
 
 
@@ -62,6 +63,17 @@ def test_a_pause_is_seen_though_the_simulated_clock_stood_still_too() -> None:
     assert watchdog.check(0.0, 5.5) == "the node did not run for 0.50 s"
 
 
+def test_a_simulated_clock_that_stands_still_for_too_long_is_told_and_asking_changes_nothing() -> None:
+    clock = ClockWatch(0.25)
+    assert clock.reason(9.0) == "", "nobody looked yet"
+    for now, steady in ((1.0, 10.0), (1.1, 10.1), (1.1, 10.3)):
+        clock.look(now, steady)
+    assert clock.reason(10.35) == ""
+    assert clock.reason(10.4) == clock.reason(10.4) == "/clock stood still for 0.30 s"
+    clock.look(1.2, 10.4)
+    assert clock.reason(10.4) == ""
+
+
 def test_a_rejected_message_is_counted_and_does_not_feed() -> None:
     watchdog = armed()
     for i in range(20):
@@ -84,7 +96,8 @@ def test_a_dead_man_button_drives_on_only_when_pressed_anew() -> None:
 
 def test_stamps_that_go_back_repeat_or_are_old_are_refused() -> None:
     stamps = Stamps(0.15)
-    assert stamps.reason(10.0, 10.05) == ""
+    assert stamps.reason(10.0, 10.05) == stamps.reason(10.0, 10.05) == "", "a question changes nothing"
+    stamps.take(10.0)
     assert "before the last" in stamps.reason(9.9, 10.06)
     assert "same stamp" in stamps.reason(10.0, 10.06)
     assert "old" in stamps.reason(10.1, 10.4)
