@@ -50,8 +50,8 @@ from firstlap.recordings.paths import is_recording
 if TYPE_CHECKING:
     from firstlap.recordings.recording import Recording
 
-SETUP, LAPS = "race", 3
-"""Defaults of a race."""
+LAPS = 3
+"""Default of a race."""
 
 
 def localize(
@@ -65,7 +65,7 @@ def localize(
         ),
     ] = None,
     setup: Annotated[
-        str | None, typer.Option("--setup", metavar="SETUP", help=f"For a race: {SETUP_HELP}; default: {SETUP}.")
+        str | None, typer.Option("--setup", metavar="SETUP", help=f"For a race: {SETUP_HELP}; default: the driver's.")
     ] = None,
     changes: Annotated[
         list[str] | None,
@@ -120,7 +120,7 @@ def localize(
         return _of_recording(read(Path(what), topics), map_path, the_car, seed, params, as_json)
     refuse(given_options(topics), "with a track")
     disturbance = (wrong_start, math.radians(wrong_heading), kidnap, every)
-    found = _race(what, map_path, chosen_setup(setup or SETUP, None), the_car, laps or LAPS, seed, params, disturbance)
+    found = _race(what, map_path, chosen_setup(setup, None), the_car, laps or LAPS, seed, params, disturbance)
     found |= {"wrong_start": wrong_start, "wrong_heading": wrong_heading, "kidnap": kidnap}
     if as_json:
         print_json(found)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import zipfile
 import zlib
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +32,10 @@ ZIP_MAGIC = b"PK\x03\x04"
 STEERING_ONLY = "angular_control"
 """A column of command tables without a speed."""
 POSE_COLUMNS = ("x", "y", "yaw")
+COMMANDS = ("cmd", "nav")
+"""Tables of commands."""
+PER_SCAN = ("speed", "yaw_rate", "steering_angle", "steer")
+"""Arrays with a value per scan."""
 
 
 def load_npz(path: Path, wanted: Topics) -> Recording:
@@ -57,7 +61,8 @@ def load_npz(path: Path, wanted: Topics) -> Recording:
     mounting = _mounting(arrays, wanted, path)
     remarks += [*line.remarks, *mounting.remarks]
     times = (line.times - line.times[0]) / 1e9
-    held = _sources(arrays, origin, stamps, logged, times, wanted, path)
+    tables = _Tables(arrays, origin, None if logged is None else float(np.median(logged - stamps)))
+    held = _sources(tables, times, wanted, path)
     held = replace(held, commands=in_radians(held.commands, 1, remarks), steering=in_radians(held.steering, 0, remarks))
     found = states_at(times, held, wanted.speed)
     poses = _poses(arrays, count, path)
@@ -156,53 +161,53 @@ def _whole(seconds: Floats) -> npt.NDArray[np.int64]:
     return np.asarray(np.round(seconds * 1e9), dtype=np.int64)
 
 
-def _sources(
-    arrays: Mapping[str, npt.NDArray[Any]],
-    origin: float,
-    stamps: Floats,
-    logged: Floats | None,
-    times: Floats,
-    wanted: Topics,
-    path: Path,
-) -> Sources:
+@dataclass(frozen=True)
+class _Tables:
+    """Tables of the file, with times on the recording's clock [s].
+
+    origin: stamp of the first scan. offset: log time minus stamp [s]; None where it is not known.
+    """
+
+    arrays: Mapping[str, npt.NDArray[Any]]
+    origin: float
+    offset: float | None
+
+    def read(self, key: str, *columns: str) -> Series | None:
+        """The columns of a table that has stamps, or log times; None if it has not."""
+        found, offset = _columns(self.arrays, key, ("stamp", *columns)), 0.0
+        if found is None:
+            found, offset = _columns(self.arrays, key, ("bag_stamp", *columns)), self.offset or 0.0
+        return None if found is None else series(key, found[:, 0] - offset - self.origin, found[:, 1:])
+
+    def commands(self) -> dict[str, Series]:
+        """By table; the speed is NaN where a table has none."""
+        found = {key: table for key in COMMANDS if (table := self.read(key, "speed", "steer")) is not None}
+        for key in COMMANDS:
+            turns = self.read(key, STEERING_ONLY)
+            if turns is not None:
+                unknown = np.full(len(turns.times), np.nan)
+                found[key] = Series(key, turns.times, np.column_stack([unknown, turns.values]))
+        return found
+
+
+def _sources(tables: _Tables, times: Floats, wanted: Topics, path: Path) -> Sources:
     count = len(times)
-    per_scan = {key: _per_scan(arrays, key, count, path) for key in ("speed", "yaw_rate", "steering_angle", "steer")}
-
-    def on_the_clock(table_times: Floats, by_bag: bool) -> Floats:
-        """Times of a table as seconds since the first scan; log times are converted with the scans' two stamps."""
-        if by_bag and logged is not None:
-            return table_times - float(np.median(logged - stamps)) - origin
-        return table_times - origin
-
-    def table(key: str, *columns: str) -> Series | None:
-        found = _columns(arrays, key, ("stamp", *columns))
-        by_bag = _columns(arrays, key, ("bag_stamp", *columns)) if found is None else None
-        rows = found if found is not None else by_bag
-        if rows is None:
-            return None
-        return series(key, on_the_clock(rows[:, 0], by_bag is not None), rows[:, 1:])
-
-    poses = None if wanted.odom == NONE else table("odom", *POSE_COLUMNS)
+    per_scan = {key: _per_scan(tables.arrays, key, count, path) for key in PER_SCAN}
+    poses = None if wanted.odom == NONE else tables.read("odom", *POSE_COLUMNS)
     if poses is not None:
         poses.values[:, 2] = np.unwrap(poses.values[:, 2])
-    twist = None if wanted.odom == NONE else table("odom", "vx", "yaw_rate")
+    twist = None if wanted.odom == NONE else tables.read("odom", "vx", "yaw_rate")
     speed, yaw_rate = per_scan["speed"], per_scan["yaw_rate"]
     if speed is not None:
         twist = series("speed", times, np.column_stack([speed, np.zeros(count) if yaw_rate is None else yaw_rate]))
     wheel = per_scan["steering_angle"] if per_scan["steering_angle"] is not None else per_scan["steer"]
-    commands = {key: found for key in ("cmd", "nav") if (found := table(key, "speed", "steer")) is not None}
-    for key in ("cmd", "nav"):
-        turns = table(key, STEERING_ONLY)
-        if turns is not None:
-            unknown = np.full(len(turns.times), np.nan)
-            commands[key] = Series(key, turns.times, np.column_stack([unknown, turns.values]))
+    commands = tables.commands()
     if wanted.drive not in (None, NONE, *commands):
         raise InputError(f"{path}: --drive-topic {wanted.drive}: no such table of commands; available: "
                          f"{', '.join(commands) or 'none'}")  # fmt: skip
-    drive = wanted.drive or next(iter(commands), NONE)
     return Sources(
         twist=twist,
-        commands=commands.get(drive),
+        commands=commands.get(wanted.drive or next(iter(commands), NONE)),
         steering=None if wheel is None else series("steer", times, wheel),
         poses=poses,
     )

@@ -22,6 +22,8 @@ from firstlap.tracks.track import FloatArray, Track
 GRID = 0.05
 CALM = 1e-5
 """[s m^2] Cost of a squared change of curvature: small, for regularization only."""
+NEVER_BOTH = 1e-5
+"""[s (s^2/m)^2] Cost of driving and braking at once."""
 AROUND = 7
 """Number of points on each side of the car's rectangle that must be clear."""
 
@@ -35,6 +37,25 @@ class Reference(NamedTuple):
     status: str
 
 
+class _Frame(NamedTuple):
+    """Of the centerline: points (N, 2), heading (N,), curvature (N,) and step to the next point (N,)."""
+
+    center: FloatArray
+    heading: FloatArray
+    bend: FloatArray
+    step: FloatArray
+
+
+class _Program(NamedTuple):
+    """Symbols: the unknowns by name, the lap time, the cost, what must be 0, and the grip that is used, -1 to 1."""
+
+    x: dict[str, Any]
+    time: Any
+    cost: Any
+    zero: list[Any]
+    grip: Any
+
+
 def reference_line(track: Track, car: Car, params: LineParams, spacing: float = 0.15) -> Reference:
     """The minimum-time line of the nonlinear program. Raises InputError if casadi is not installed."""
     try:
@@ -42,52 +63,55 @@ def reference_line(track: Track, car: Car, params: LineParams, spacing: float = 
     except ImportError:
         raise missing_extra("the reference of the racing line", "casadi", "global") from None
     limits = limits_of(car, params)
-    center, heading, bend, step = _reference_frame(track, spacing)
-    count = len(center)
-    names = ("n", "xi", "v", "k", "drive", "brake")
-    x = {name: ca.MX.sym(name, count) for name in names}
-    after = {name: ca.vertcat(value[1:], value[0]) for name, value in x.items()}
-    accel = x["drive"] - x["brake"]
-    pace = (1.0 - x["n"] * bend) / (x["v"] * ca.cos(x["xi"]))
-    rates = {
-        "n": x["v"] * ca.sin(x["xi"]) * pace,
-        "xi": x["k"] * x["v"] * pace - bend,
-        "v": accel * pace,
-    }
-    rows = [_trapezoid(ca, x[name], after[name], rate, step) for name, rate in rates.items()]
-    ellipse = (
-        (x["drive"] / limits.grip.drive) ** 2
-        + (x["brake"] / limits.grip.brake) ** 2
-        + (x["v"] ** 2 * x["k"] / limits.grip.lateral) ** 2
-    )
-    clear = _clearances(ca, track, car, x, center, heading)
-    time = ca.dot(0.5 * (pace + ca.vertcat(pace[1:], pace[0])), step)
-    change = (after["k"] - x["k"]) / step
-    cost = time + CALM * ca.dot(change**2, step) + 1e-5 * ca.dot(x["drive"], x["brake"])
-    low, high = _bounds(track, limits, count)
+    frame = _reference_frame(track, spacing)
+    program = _program(ca, frame, limits)
+    clear = _clearances(ca, track, car, program.x, frame.center, frame.heading)
     solver = ca.nlpsol(
         "line",
         "ipopt",
-        {"x": ca.vertcat(*x.values()), "f": cost, "g": ca.vertcat(*rows, ellipse, *clear)},
+        {"x": ca.vertcat(*program.x.values()), "f": program.cost, "g": ca.vertcat(*program.zero, program.grip, *clear)},
         {"ipopt.max_iter": 1500, "ipopt.print_level": 0, "ipopt.sb": "yes", "print_time": False, "ipopt.tol": 1e-5},
     )
-    start = np.concatenate([np.zeros(2 * count), np.full(count, 2.0), bend, np.full(2 * count, 0.1)])
-    equal, rest = 3 * count, len(clear) * count
+    count = len(frame.center)
+    low, high = _bounds(track, limits, count)
+    equal, rest = len(program.zero) * count, len(clear) * count
     found = solver(
-        x0=start,
+        x0=np.concatenate([np.zeros(2 * count), np.full(count, 2.0), frame.bend, np.full(2 * count, 0.1)]),
         lbx=low,
         ubx=high,
         lbg=np.concatenate([np.zeros(equal), np.full(count, -1.0), np.full(rest, params.margin)]),
         ubg=np.concatenate([np.zeros(equal), np.ones(count), np.full(rest, 1e3)]),
     )
-    values = np.asarray(found["x"]).reshape(len(names), count)
-    normal = np.column_stack([-np.sin(heading), np.cos(heading)])
-    seconds = ca.Function("time", list(x.values()), [time])(*values)
-    return Reference(float(seconds), center + values[0][:, None] * normal, values[2], solver.stats()["return_status"])
+    values = np.asarray(found["x"]).reshape(len(program.x), count)
+    normal = np.column_stack([-np.sin(frame.heading), np.cos(frame.heading)])
+    seconds = ca.Function("time", list(program.x.values()), [program.time])(*values)
+    points = frame.center + values[0][:, None] * normal
+    return Reference(float(seconds), points, values[2], solver.stats()["return_status"])
 
 
-def _reference_frame(track: Track, spacing: float) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Center points (N, 2), heading (N,), curvature (N,) and step (N,) of the slightly smoothed centerline."""
+def _program(ca: Any, frame: _Frame, limits: Limits) -> _Program:
+    x = {name: ca.MX.sym(name, len(frame.center)) for name in ("n", "xi", "v", "k", "drive", "brake")}
+    after = {name: ca.vertcat(value[1:], value[0]) for name, value in x.items()}
+    pace = (1.0 - x["n"] * frame.bend) / (x["v"] * ca.cos(x["xi"]))
+    rates = {
+        "n": x["v"] * ca.sin(x["xi"]) * pace,
+        "xi": x["k"] * x["v"] * pace - frame.bend,
+        "v": (x["drive"] - x["brake"]) * pace,
+    }
+    grip = (
+        (x["drive"] / limits.grip.drive) ** 2
+        + (x["brake"] / limits.grip.brake) ** 2
+        + (x["v"] ** 2 * x["k"] / limits.grip.lateral) ** 2
+    )
+    time = ca.dot(0.5 * (pace + ca.vertcat(pace[1:], pace[0])), frame.step)
+    change = (after["k"] - x["k"]) / frame.step
+    cost = time + CALM * ca.dot(change**2, frame.step) + NEVER_BOTH * ca.dot(x["drive"], x["brake"])
+    zero = [_trapezoid(ca, x[name], after[name], rate, frame.step) for name, rate in rates.items()]
+    return _Program(x, time, cost, zero, grip)
+
+
+def _reference_frame(track: Track, spacing: float) -> _Frame:
+    """Of the slightly smoothed centerline."""
     smooth = gaussian_filter1d(track.centerline, 0.25 / 0.1, axis=0, mode="wrap")
     closed = np.vstack([smooth, smooth[:1]])
     s = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(closed, axis=0).T))])
@@ -102,7 +126,7 @@ def _reference_frame(track: Track, spacing: float) -> tuple[FloatArray, FloatArr
     before = np.concatenate([[direction[-1] - turns], direction[:-1]])
     heading = 0.5 * (before + direction)
     step = np.hypot(*chord.T)
-    return points, heading, (direction - before) / (0.5 * (step + np.roll(step, 1))), step
+    return _Frame(points, heading, (direction - before) / (0.5 * (step + np.roll(step, 1))), step)
 
 
 def _trapezoid(ca: Any, now: Any, after: Any, rate: Any, step: FloatArray) -> Any:
