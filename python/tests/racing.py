@@ -88,7 +88,7 @@ class Racing:
             driver=self.driving.kind.name,
             trace=self.driving.handle.trace,
             step_us=100.0,
-            way=at["s"],
+            distance=at["s"],
             clearance=self.world.clearance(0),
         )
         return self._frame

@@ -34,7 +34,7 @@ class Standing:
         self.loaded_setup = self.driving.setup
         self.orders: list[object] = []
         self.changes: list[dict[str, Value]] = []
-        self.going = True
+        self.may_drive = True
 
     def start(self) -> None:
         """Nothing."""
@@ -55,7 +55,7 @@ class Standing:
             self.setup.driver,
             {},
             1.0,
-            going=self.going,
+            may_drive=self.may_drive,
         )
 
     @property
@@ -93,12 +93,12 @@ class StandingCar(Standing):
 
     def stop(self) -> None:
         """Counted."""
-        self.going = False
+        self.may_drive = False
         self.orders.append("stop")
 
     def go(self) -> None:
         """Counted."""
-        self.going = True
+        self.may_drive = True
         self.orders.append("go")
 
     def condition(self, name: str) -> Value:

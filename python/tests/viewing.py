@@ -13,7 +13,7 @@ import viser
 import zstandard
 from websockets.sync.client import ClientConnection, connect
 
-from firstlap.pitwall.authentication import Authenticator, quietly
+from firstlap.pitwall.authentication import Authenticator, silenced
 
 CAMERA = {
     "type": "ViewerCameraMessage",
@@ -36,7 +36,7 @@ def served(authenticator: Authenticator, host: str = "127.0.0.1", port: int = 0)
     try:
         yield server
     finally:
-        with quietly():
+        with silenced():
             server.stop()
 
 

@@ -39,7 +39,7 @@ def preflight(
     with ros(ros_arguments(context)) as ending:
         listener = Listener()
         try:
-            checks = listener.look(seconds)
+            checks = listener.run_checks(seconds)
             if move and all(check.good is not False for check in checks):
                 checks += _moving_checks(listener, speed, yes)
             elif move:

@@ -55,7 +55,7 @@ def sim(
     if gym:
         given["world.command_timeout"] = 0.0
     with ros(arguments) as ending:
-        node = SimNode(given, said=note)
+        node = SimNode(given, report=note)
         run_sim(node, ending, lambda: laps is not None and all(node.world.laps_done(i) >= laps for i in range(cars)))
         summary = node.summary()
     if as_json:

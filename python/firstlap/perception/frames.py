@@ -47,7 +47,7 @@ class Frames:
     def __init__(self) -> None:
         self._parents: dict[str, tuple[str, Matrix]] = {}
 
-    def hear(self, message: Any) -> None:
+    def add(self, message: Any) -> None:
         """Adds the transforms of a tf2_msgs/TFMessage."""
         for one in message.transforms:
             self._parents[one.child_frame_id.lstrip("/")] = (one.header.frame_id.lstrip("/"), matrix(one.transform))

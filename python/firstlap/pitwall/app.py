@@ -1,4 +1,4 @@
-"""The pit wall as a whole: the server, what everybody sees, what each viewer has, and the loop that shows frames."""
+"""The pit wall application: the server, shared and per-viewer content, and the loop that shows frames."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from typing import Protocol
 import viser
 from viser import _messages
 
-from firstlap.pitwall.authentication import Authenticator, quietly
-from firstlap.pitwall.camera import OnMap, ViewControls, Viewpoint, first_look
+from firstlap.pitwall.authentication import Authenticator, silenced
+from firstlap.pitwall.camera import OnMap, ViewControls, Viewpoint, set_initial_camera
 from firstlap.pitwall.frame import Frame
 from firstlap.pitwall.lap_table import LapTable
 from firstlap.pitwall.plots import Plots
@@ -24,34 +24,34 @@ from firstlap.pitwall.source import Source
 from firstlap.pitwall.status import StatusLine
 from firstlap.plots.colors import PATH, rgb
 
-FASTEST = 30.0
-"""Frames shown per second at most."""
-PLOTTED = 8.0
-"""Times per second that plots, table and status are written anew."""
-PICTURE = 1.0 / 60.0
-"""[s] between what viewers see and where they see it from: a browser shows new points one picture after a new pose."""
-COUNTED = 2.0
-"""[s] over which frames shown per second are counted."""
+MAX_FRAME_RATE = 30.0
+"""Maximum frames per second."""
+PLOT_RATE = 8.0
+"""[Hz] Update rate of the plots, the table and the status."""
+RENDER_DELAY = 1.0 / 60.0
+"""[s] Delay between updating the points and the viewpoint: a browser renders new points one frame after a new pose."""
+RATE_WINDOW = 2.0
+"""[s] Window in which frames per second are counted."""
 LEFT_WIDTH, RIGHT_WIDTH = 380, 360
-"""Pixels of the panels at the sides."""
+"""[pixels] Width of the side panels."""
 
 
-class Shown(Protocol):
-    """What a viewer's panel is to the app."""
+class ViewerPanel(Protocol):
+    """The interface of a viewer's panel."""
 
     def update(self, frame: Frame) -> None:
-        """Shows what of the frame belongs there. Called as often as plots are drawn."""
+        """Shows the frame. Called at the update rate of the plots."""
 
     def close(self) -> None:
-        """The viewer has gone."""
+        """The viewer has disconnected."""
 
 
-MakePanel = Callable[[viser.ClientHandle, bool, OnMap], Shown]
-"""A viewer's panel; whether he may control; where on the map he clicks. It adds to the root of `client.gui`."""
+MakePanel = Callable[[viser.ClientHandle, bool, OnMap], ViewerPanel]
+"""Makes a viewer's panel in the root of `client.gui`, from the client, whether it may control, and the map picker."""
 
 
 class App:
-    """A running pit wall. It neither starts nor closes the source."""
+    """A running pit wall. It does not start or close the source."""
 
     def __init__(
         self, source: Source, server: viser.ViserServer, authenticator: Authenticator, panel: MakePanel | None
@@ -60,61 +60,61 @@ class App:
         self._server = server
         self._authenticator = authenticator
         self._make_panel = panel
-        self._entering = threading.Lock()
+        self._connecting = threading.Lock()
         self._viewpoints: dict[int, Viewpoint] = {}
-        self._panels: dict[int, Shown] = {}
-        self._moments: deque[float] = deque(maxlen=int(COUNTED * FASTEST) + 8)
+        self._panels: dict[int, ViewerPanel] = {}
+        self._frame_times: deque[float] = deque(maxlen=int(RATE_WINDOW * MAX_FRAME_RATE) + 8)
         self._done = threading.Event()
         self._last: Frame | None = None
-        self._written = 0.0
-        self._trouble = ""
-        self._dress()
+        self._updated = 0.0
+        self._last_problem = ""
+        self._configure_page()
         self._scenery = source.scenery
         self.scene = Scene(server, self._scenery, source.car)
         self._build()
-        server.on_client_disconnect(self._leave)
-        server.on_client_connect(self._enter)
+        server.on_client_disconnect(self._on_disconnect)
+        server.on_client_connect(self._on_connect)
         self._loop = threading.Thread(target=self._run, name="pit wall", daemon=True)
         self._loop.start()
 
     @property
     def port(self) -> int:
-        """Where it listens."""
+        """The port on which it listens."""
         return self._server.get_port()
 
     @property
     def updates(self) -> float:
-        """Frames shown per second, lately."""
+        """Current frames per second."""
         now = time.monotonic()
-        return sum(1 for moment in tuple(self._moments) if now - moment <= COUNTED) / COUNTED
+        return sum(1 for shown_at in tuple(self._frame_times) if now - shown_at <= RATE_WINDOW) / RATE_WINDOW
 
     @property
     def viewers(self) -> int:
-        """How many browsers watch."""
+        """Number of connected browsers."""
         return len(self._viewpoints)
 
     def close(self) -> None:
-        """Ends the loop and the server; browsers say that they are disconnected. Twice is once."""
+        """Ends the loop and the server; browsers show that they are disconnected. Idempotent."""
         if self._done.is_set():
             return
         self._done.set()
         self._loop.join()
         for panel in tuple(self._panels.values()):
             panel.close()
-        with quietly():
+        with silenced():
             self._server.stop()
 
-    # What there is.
+    # The page.
 
-    def _dress(self) -> None:
+    def _configure_page(self) -> None:
         gui, title = self._server.gui, f"firstlap — {self._source.title}"
         gui.configure_theme(control_width="large", show_logo=False, show_share_button=False, brand_color=rgb(PATH))
         gui.set_panel_label(self._source.title)
-        # viser has no call for the window's title.
+        # viser has no API for the window title.
         script = _messages.RunJavascriptMessage(source=f"document.title = {json.dumps(title)};")
         self._server._websock_server.queue_message(script)
         self._server.scene.world_axes.visible = False
-        first_look(self._server)
+        set_initial_camera(self._server)
 
     def _build(self) -> None:
         gui = self._server.gui
@@ -129,10 +129,10 @@ class App:
         gui.main_panel.dock_right()
         gui.main_panel.set_width(RIGHT_WIDTH)
 
-    # Viewers come and go; a reload is another viewer.
+    # Viewers connect and disconnect; a reload is a new viewer.
 
-    def _enter(self, client: viser.ClientHandle) -> None:
-        with self._entering:
+    def _on_connect(self, client: viser.ClientHandle) -> None:
+        with self._connecting:
             viewpoint = Viewpoint(client, self._scenery)
             viewpoint.show(self.scene.pose)
             with self._view_tab:
@@ -142,14 +142,14 @@ class App:
             if panel:
                 self._panels[client.client_id] = panel
         if client.client_id not in self._server.get_clients():
-            self._leave(client)
+            self._on_disconnect(client)
 
-    def _panel_of(self, client: viser.ClientHandle, viewpoint: Viewpoint) -> Shown | None:
+    def _panel_of(self, client: viser.ClientHandle, viewpoint: Viewpoint) -> ViewerPanel | None:
         if self._make_panel is None:
             return None
         return self._make_panel(client, self._authenticator.may_control(client), viewpoint.on_map)
 
-    def _leave(self, client: viser.ClientHandle) -> None:
+    def _on_disconnect(self, client: viser.ClientHandle) -> None:
         self._viewpoints.pop(client.client_id, None)
         panel = self._panels.pop(client.client_id, None)
         if panel:
@@ -160,41 +160,41 @@ class App:
     def _run(self) -> None:
         due = time.monotonic()
         while not self._done.wait(max(0.0, due - time.monotonic())):
-            due = max(due + 1.0 / FASTEST, time.monotonic())
+            due = max(due + 1.0 / MAX_FRAME_RATE, time.monotonic())
             try:
-                self._look()
+                self._show_latest()
             except Exception as error:
-                self._say(f"{type(error).__name__}: {error}")
+                self._report(f"{type(error).__name__}: {error}")
 
-    def _look(self) -> None:
+    def _show_latest(self) -> None:
         frame = self._source.latest()
-        self._surround()
+        self._update_scenery()
         if frame is None:
             return
         if self._last is None or frame.number != self._last.number:
             self._last = frame
             self.scene.show(frame)
             self._plots.add(frame)
-            self._done.wait(PICTURE)
+            self._done.wait(RENDER_DELAY)
             for viewpoint in tuple(self._viewpoints.values()):
                 viewpoint.show(self.scene.pose)
-            self._moments.append(time.monotonic())
-        if time.monotonic() - self._written >= 1.0 / PLOTTED:
-            self._written = time.monotonic()
-            self._write(frame)
+            self._frame_times.append(time.monotonic())
+        if time.monotonic() - self._updated >= 1.0 / PLOT_RATE:
+            self._updated = time.monotonic()
+            self._update_panels(frame)
 
-    def _surround(self) -> None:
-        """A map that came late, or another one: walls, ground and overviews anew."""
+    def _update_scenery(self) -> None:
+        """Redraws walls, ground and overviews if the source has a new map."""
         scenery = self._source.scenery
         if scenery is self._scenery:
             return
-        with self._entering:
+        with self._connecting:
             self._scenery = scenery
             self.scene.surround(scenery)
             for viewpoint in tuple(self._viewpoints.values()):
                 viewpoint.surround(scenery)
 
-    def _write(self, frame: Frame) -> None:
+    def _update_panels(self, frame: Frame) -> None:
         with self._server.atomic():
             self._status.show(frame, self._source.setup.title, self.updates, self.scene.top)
             self._table.show(frame)
@@ -202,11 +202,11 @@ class App:
         for panel in tuple(self._panels.values()):
             panel.update(frame)
 
-    def _say(self, trouble: str) -> None:
-        """A frame that cannot be shown is said once, and the next one is shown."""
-        if trouble != self._trouble:
-            self._trouble = trouble
-            print(f"view: {' '.join(trouble.split())[:200]}", file=sys.stderr)
+    def _report(self, problem: str) -> None:
+        """Prints why a frame cannot be shown, once per cause; the loop continues."""
+        if problem != self._last_problem:
+            self._last_problem = problem
+            print(f"view: {' '.join(problem.split())[:200]}", file=sys.stderr)
 
 
 def serve(
@@ -217,11 +217,11 @@ def serve(
     authenticator: Authenticator | None = None,
     panel: MakePanel | None = None,
 ) -> App:
-    """Shows a source that was started; `App.port` says where. Raises InputError, as `Authenticator.open` does.
+    """Shows a source that has been started, on `App.port`. Raises InputError as `Authenticator.open` does.
 
-    panel: makes each viewer's controls; without it everybody only watches.
+    panel: makes each viewer's controls; without it, the page is read-only.
     """
-    # What is sent to a browser that has just gone is lost, and that is all right.
+    # Messages to a browser that has just disconnected are lost; that is harmless.
     warnings.filterwarnings("ignore", message=r"Queued a \w+ on a closed connection")
     authenticator = authenticator or Authenticator()
     return App(source, authenticator.open(host, port), authenticator, panel)

@@ -1,8 +1,7 @@
-"""Where each viewer looks from, and what each one hides.
+"""Each viewer's camera mode and hidden layers.
 
-To follow the car, nothing is done to a viewer's camera: the viewer gets a node of its own in place of the one that
-holds the map and all that is on it, and this moves under the camera. So whoever zooms, pans or tilts meanwhile keeps
-what he has, and no viewer changes what another one sees.
+To follow the car, the viewer's camera is not moved. Instead, each viewer has its own root node of the map, which moves
+under the camera. So zoom, pan and tilt are kept while following, and viewers do not affect each other.
 """
 
 from __future__ import annotations
@@ -16,27 +15,27 @@ import viser
 
 from firstlap.pitwall.frame import Points, Pose, Scenery
 from firstlap.pitwall.layers import LAYERS, MAP, Layer
-from firstlap.pitwall.shapes import about_z, compose, inverse
+from firstlap.pitwall.shapes import compose, inverse, rotation_about_z
 from firstlap.pitwall.viewer_session import assign
 
 FREE, FOLLOW, TURN = "Free", "Follow", "Follow and turn"
 MODES = (FREE, FOLLOW, TURN)
 FIELD_OF_VIEW = math.radians(40.0)
 HEIGHT = 16.0
-"""[m] of the camera over the ground, to begin with."""
+"""[m] Initial height of the camera."""
 AHEAD = 1.4
-"""[m] by which it looks ahead of a car that always points upwards."""
+"""[m] Look-ahead of the camera in mode TURN."""
 TILT = 1e-3
-"""[m] The camera looks straight down but for this: where it looks then is up on the screen."""
+"""[m] Offset from looking straight down; it defines the up direction on the screen."""
 NO_TRACK = 10.0
-"""[m] around the car that an overview shows where no track is known."""
-HINT = "drag to turn, right button to move, wheel to zoom: in every mode"
+"""[m] Half size of the overview without a track."""
+HINT = "in all modes: drag to rotate, right button to pan, wheel to zoom"
 Ray = tuple[float, float, float]
 ORIGIN: Pose = (0.0, 0.0, 0.0)
 
 
-def first_look(server: viser.ViserServer) -> None:
-    """What every new viewer's camera begins with, fit for `TURN`."""
+def set_initial_camera(server: viser.ViserServer) -> None:
+    """Sets the initial camera of new viewers, for mode `TURN`."""
     camera = server.initial_camera
     camera.fov = FIELD_OF_VIEW
     camera.position = (AHEAD - TILT, 0.0, HEIGHT)
@@ -44,11 +43,11 @@ def first_look(server: viser.ViserServer) -> None:
 
 
 OnMap = Callable[[Ray, Ray], "tuple[float, float] | None"]
-"""x, y [m] in the map frame of the ground that a `SceneClickEvent`'s ray meets: from its origin and direction."""
+"""Maps origin and direction of a `SceneClickEvent`'s ray to the ground point x, y [m] in the map frame."""
 
 
-def on_ground(origin: Ray, direction: Ray) -> tuple[float, float] | None:
-    """Where a ray [m] meets z = 0; None where it does not."""
+def ground_point(origin: Ray, direction: Ray) -> tuple[float, float] | None:
+    """Intersection of a ray with z = 0, x and y [m]; None if there is none."""
     if not direction[2] or (along := -origin[2] / direction[2]) <= 0.0:
         return None
     x, y = origin[0] + along * direction[0], origin[1] + along * direction[1]
@@ -56,7 +55,7 @@ def on_ground(origin: Ray, direction: Ray) -> tuple[float, float] | None:
 
 
 class Viewpoint:
-    """One viewer's. Any thread may call."""
+    """The viewpoint of one viewer. Thread-safe."""
 
     def __init__(self, client: viser.ClientHandle, scenery: Scenery) -> None:
         self._client = client
@@ -72,20 +71,20 @@ class Viewpoint:
             }
 
     def surround(self, scenery: Scenery) -> None:
-        """Another track is known."""
+        """Sets the scenery, for the overview."""
         with self._lock:
             self._bounds = scenery.bounds()
 
     def show(self, pose: Pose) -> None:
-        """The car is there in the map frame."""
+        """Updates the view with the car's pose in the map frame."""
         with self._lock, self._client.atomic():
             self._pose = pose
             self._map_at = self._map_wanted()
             self._map.position = (self._map_at[0], self._map_at[1], 0.0)
-            self._map.wxyz = about_z(self._map_at[2])
+            self._map.wxyz = rotation_about_z(self._map_at[2])
 
     def choose(self, mode: str) -> None:
-        """One of `MODES`. The free one keeps the picture; the others begin with the car in its middle."""
+        """Sets one of `MODES`. Mode FREE keeps the current view; the others center the car."""
         with self._lock, self._client.atomic():
             before, self.mode = self._map_at, mode
             self.show(self._pose)
@@ -97,7 +96,7 @@ class Viewpoint:
                 self._look_down(np.array([AHEAD, 0.0]), HEIGHT, np.array([1.0, 0.0]))
 
     def overview(self) -> None:
-        """All of the track, standing still."""
+        """Shows the whole track, with a fixed camera."""
         with self._lock, self._client.atomic():
             self.mode = FREE
             self.show(self._pose)
@@ -108,12 +107,12 @@ class Viewpoint:
             self._look_down(0.5 * (low + high), height, np.array([0.0, 1.0]))
 
     def hide(self, layer: Layer, hidden: bool) -> None:
-        """Hides a layer, or shows it again."""
+        """Hides or shows a layer."""
         self._layers[layer.node].visible = not hidden
 
     def on_map(self, origin: Ray, direction: Ray) -> tuple[float, float] | None:
-        """As `OnMap`; what this viewer sees may have been moved under his camera."""
-        spot = on_ground(origin, direction)
+        """As `OnMap`; accounts for this viewer's moved map."""
+        spot = ground_point(origin, direction)
         return None if spot is None else compose(inverse(self._map_at), (*spot, 0.0))[:2]
 
     def _map_wanted(self) -> Pose:
@@ -122,7 +121,7 @@ class Viewpoint:
         return inverse(self._pose if self.mode == TURN else (*self._pose[:2], 0.0))
 
     def _look_down(self, at: Points, height: float, up: Points) -> None:
-        """From above, so that `up` is up on the screen."""
+        """Looks straight down, with `up` pointing up on the screen."""
         camera = self._client.camera
         camera.up_direction = (0.0, 0.0, 1.0)
         camera.position = (*(at - TILT * up), height)
@@ -135,14 +134,14 @@ class Viewpoint:
 
 
 def aspect_of(camera: viser.CameraHandle) -> float:
-    """Width by height of what is seen; of a page that is folded away, 1."""
+    """Aspect ratio of the viewport; 1 for a hidden page."""
     if camera.image_width <= 0 or camera.image_height <= 0:
         return 1.0
     return camera.image_width / camera.image_height
 
 
 class ViewControls:
-    """A viewer's own buttons and ticks: how to follow, and what to hide."""
+    """A viewer's controls for the camera and the layers."""
 
     def __init__(self, gui: viser.GuiApi, viewpoint: Viewpoint) -> None:
         mode = gui.add_dropdown("Camera", MODES, initial_value=viewpoint.mode, hint=HINT)
@@ -161,20 +160,20 @@ class ViewControls:
 
 
 class LayerToggles:
-    """A tick for each layer."""
+    """A checkbox for each layer."""
 
     def __init__(self, gui: viser.GuiApi, viewpoint: Viewpoint) -> None:
-        self.ticks: dict[str, viser.GuiCheckboxHandle] = {}
+        self.checkboxes: dict[str, viser.GuiCheckboxHandle] = {}
         with gui.add_folder("Show"):
             for layer in LAYERS:
-                self.ticks[layer.node] = self._tick(gui, viewpoint, layer)
+                self.checkboxes[layer.node] = self._checkbox(gui, viewpoint, layer)
 
     @staticmethod
-    def _tick(gui: viser.GuiApi, viewpoint: Viewpoint, layer: Layer) -> viser.GuiCheckboxHandle:
-        tick = gui.add_checkbox(layer.title, layer.shown, hint=layer.doc)
+    def _checkbox(gui: viser.GuiApi, viewpoint: Viewpoint, layer: Layer) -> viser.GuiCheckboxHandle:
+        checkbox = gui.add_checkbox(layer.title, layer.shown, hint=layer.doc)
 
-        @tick.on_update
+        @checkbox.on_update
         def _(_event: object) -> None:
-            viewpoint.hide(layer, not tick.value)
+            viewpoint.hide(layer, not checkbox.value)
 
-        return tick
+        return checkbox

@@ -1,4 +1,4 @@
-"""The car to scale: body, wheels at the measured angle, and the commanded angle as an arrow."""
+"""The car to scale: body, wheels at the measured steering angle, and an arrow for the commanded one."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from firstlap.pitwall.shapes import Mesh, arrow, chain, disc, merged, moved, pri
 from firstlap.plots.colors import INK, PAPER, PATH, rgb
 
 FLOOR, ROOF = 0.06, 0.10
-"""[m] under and over the body; from above they only say what hides what."""
+"""[m] Heights of the body's bottom and top; seen from above, they only determine occlusion."""
 WHEEL = (0.11, 0.05)
 """Length and width [m]."""
 ARROW = 0.75
-"""[m]"""
+"""[m] Length."""
 
 
 class CarShape:
-    """geometry: of the car file's section of that name, SI."""
+    """geometry: section `geometry` of the car file, SI units."""
 
     def __init__(self, sheet: Sheet, geometry: Mapping[str, float]) -> None:
         self._axle = geometry["wheelbase"]
@@ -45,7 +45,7 @@ class CarShape:
         self._arrow = Solid(sheet, f"{node}/command", arrow(ARROW, 0.02, 0.13), rgb(INK), visible=False)
 
     def show(self, steering_angle: float, commanded: float) -> None:
-        """Wheel angles [rad]; a NaN is not shown."""
+        """Shows measured and commanded steering angle [rad]; NaN hides it."""
         for part in self._rigid:
             part.show()
         self._outline.show(self._edge)
@@ -59,7 +59,7 @@ class CarShape:
 
 
 def _body(geometry: Mapping[str, float]) -> tuple[Mesh, np.ndarray]:
-    """Bumper to bumper, over the tires, with its front corners cut; and its closed outline."""
+    """The body with cut front corners, and its closed outline."""
     rear, half = -geometry["rear_overhang"], 0.5 * geometry["width"]
     front, cut = rear + geometry["length"], 0.3 * half
     outline = np.array(

@@ -1,4 +1,4 @@
-"""What may be changed of a simulated car and its world while it drives: rows of the core's own tables."""
+"""Conditions of the simulated car and world that can be changed while driving: rows of the core's field tables."""
 
 from __future__ import annotations
 
@@ -42,19 +42,19 @@ PACE_ROW: dict[str, Any] = {
     "min": 0.1,
     "max": 20.0,
     "default": 1.0,
-    "doc": "times real time; what the machine cannot do is given up",
+    "doc": "multiple of real time; slower if the machine cannot keep up",
     "type": "float",
 }
 PACE_FIELDS = FieldTable([PACE_ROW])
 
 
 def checked_pace(pace: object, where: str = "--pace") -> float:
-    """Times real time. Raises InputError."""
+    """The playback speed, as a multiple of real time. Raises InputError."""
     return float(PACE_FIELDS.check(PACE_FIELDS.fields[0], pace, where))
 
 
 class Conditions:
-    """Their table, whose defaults are the loaded car's and the pace that was asked for, and their values now."""
+    """Field table and current values. The defaults are those of the loaded car and the given pace."""
 
     def __init__(self, car: Car, pace: float = 1.0) -> None:
         self.loaded = car
@@ -73,11 +73,11 @@ class Conditions:
         self.values: dict[str, Value] = {field.key: field.default for field in self.table.fields}
 
     def get(self, name: str) -> Value:
-        """One of them by its name or section.name. Raises InputError."""
+        """A value by name or section.name. Raises InputError."""
         return self.values[self.table.find(name, "conditions").key]
 
     def set(self, name: str, value: object) -> str:
-        """Its key, when it is set. Raises InputError, and then nothing has changed."""
+        """Sets a value and returns its key. Raises InputError; then nothing has changed."""
         field = self.table.find(name, "conditions")
         before = self.values[field.key]
         self.values[field.key] = self.table.check(field, value, "conditions")
@@ -89,7 +89,7 @@ class Conditions:
         return field.key
 
     def car(self) -> _core.Car:
-        """The loaded car with what was changed of it."""
+        """The loaded car with the current conditions."""
         core = _core.Car(self.loaded.core)
         for field in self.table.fields:
             if field.section in ("vehicle", "lidar", "sensors"):
@@ -102,15 +102,15 @@ class Conditions:
 
     @property
     def pace(self) -> float:
-        """Times real time."""
+        """Multiple of real time."""
         return float(self.values[PACE])
 
     @property
     def computing(self) -> float:
-        """[s] that the driver computes over a scan."""
+        """[s] Compute time of the driver per scan."""
         return float(self.values[COMPUTING])
 
     @property
     def friction(self) -> float:
-        """Times the car's."""
+        """Scale of the car's friction coefficient."""
         return float(self.values[FRICTION])

@@ -1,4 +1,4 @@
-"""All rows of a field table as controls: grouped, searched, marked where changed, and put back."""
+"""All rows of a field table as controls: grouped, searchable, marked if changed, and resettable."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from firstlap.pitwall.controls import Change, Control, Current, shown
 from firstlap.pitwall.viewer_session import ViewerSession, assign
 
 LONGEST_SEARCH = 60
-NOTHING_FOUND = '<div style="font-size:0.8em;padding:0 0.8em 0.5em">no parameter has all these words</div>'
+NOTHING_FOUND = '<div style="font-size:0.8em;padding:0 0.8em 0.5em">no parameter contains all these words</div>'
 
 
 @dataclass
@@ -26,9 +26,10 @@ class _Group:
 
 
 class ControlPanel:
-    """In the container that is open. often: those that come first, unfolded. loaded: what "reset" goes back to.
-    many: so that a search is of use. changed_in: the container for what was changed: below what is moved, or away from
-    it, so that nothing moves under the mouse when the list grows.
+    """Built in the current gui container.
+
+    often: fields shown first, unfolded. loaded: the values of "reset". many: adds a search. changed_in: container of
+    the list of changed values; the controls must not be below it, or they would move when the list grows.
     """
 
     def __init__(
@@ -63,19 +64,19 @@ class ControlPanel:
         self.mark()
 
     def sync(self) -> bool:
-        """Shows what is in force; False where a control is in its viewer's hand, to be asked again."""
+        """Shows the current values; False if the viewer is using a control: then call it again."""
         done = [control.sync() for control in self.controls]
         self.mark()
         return all(done)
 
     def load(self) -> None:
-        """Other values were loaded, of the same table."""
+        """Takes newly loaded values of the same table."""
         for control in self.controls:
             control.load(self._loaded(control.field.key))
         self.mark()
 
     def mark(self) -> None:
-        """Marks what was changed, and offers to put it back."""
+        """Marks changed values and offers to reset them."""
         changed = {control.field.key: control for control in self.controls if control.changed}
         for control in self.controls:
             control.mark()
@@ -87,7 +88,7 @@ class ControlPanel:
         assign(self._changed, "visible", bool(changed))
 
     def remove(self) -> None:
-        """All of it."""
+        """Removes all controls."""
         self._resets.clear()
         for handle in self._parts:
             handle.remove()
@@ -103,9 +104,9 @@ class ControlPanel:
 
     def _build_tools(self) -> list[Any]:
         gui = self._session.gui
-        search = gui.add_text("find", "", hint="words of names or descriptions")
+        search = gui.add_text("find", "", hint="words in names or descriptions")
         search.on_update(lambda event: self._find(event.target.value))
-        hint = f"NAME=VALUE, also between a slider's steps; for example {self._example()}"
+        hint = f"NAME=VALUE, also between the steps of a slider; for example {self._example()}"
         exact = gui.add_text("exactly", "", hint=hint)
         button = gui.add_button("Set exactly")
         button.on_click(self._session.click("set", lambda: self._set_exactly(exact.value)))
@@ -115,7 +116,7 @@ class ControlPanel:
     def _build(self, often: Sequence[Field]) -> list[_Group]:
         first = list(often) if len(often) < len(self._table.fields) else []
         rest = [field for field in self._table.fields if field not in first]
-        groups = [self._group("often changed", first, True)] if first else []
+        groups = [self._group("frequently changed", first, True)] if first else []
         sections = [section for section in self._table.sections if any(f.section == section for f in rest)]
         for section in sections:
             fields = [field for field in rest if field.section == section]
@@ -136,7 +137,7 @@ class ControlPanel:
                 for control in group.controls:
                     control.show(control in hits)
                 group.folder.visible = bool(hits)
-                # A folder without a label cannot be folded: what was found is seen.
+                # A folder without a label cannot be collapsed, so the matches are visible.
                 group.folder.label = None if text else group.label
             self._nothing.visible = not any(group.folder.visible for group in self._groups)
 
@@ -145,7 +146,7 @@ class ControlPanel:
             raise InputError(f"'{text[:LONGEST_SEARCH]}': expected NAME=VALUE, for example {self._example()}")
         field, value = self._table.parse_assignment(text, "exactly", self._example())
         self._change(field.key, value)
-        self._session.tell(f"{field.name} = {shown(value)}", field.doc)
+        self._session.notify(f"{field.name} = {shown(value)}", field.doc)
 
     def _reset_all(self) -> None:
         self._change_together({control.field.key: control.loaded for control in self.controls if control.changed})

@@ -1,4 +1,4 @@
-"""A control for one row of a field table, which asks before it believes its viewer."""
+"""A control for one row of a field table; it applies a value only once the viewer has settled on it."""
 
 from __future__ import annotations
 
@@ -16,25 +16,25 @@ from firstlap.config.parameters import Field, Value
 from firstlap.pitwall.viewer_session import ViewerSession, assign
 
 STEPS = 200
-"""That a slider has, about."""
+"""Approximate number of steps of a slider."""
 LOG_RANGE = 500.0
-"""A range with a larger ratio has no use of a slider."""
+"""A range with a larger ratio gets a number box instead of a slider."""
 DIGITS = 6
-SETTLE = 0.6
-"""[s] without another value after which a large step counts. Who types 0.35 types 0 first, and no car shall have it."""
-LEAP = 0.05
-"""Of the range: a larger step is a large one."""
+SETTLING_TIME = 0.6
+"""[s] Delay before a large step is applied: whoever types 0.35 types 0 first, which must not reach the car."""
+LARGE_STEP = 0.05
+"""Fraction of the range above which a step is large."""
 HOLD = 1.0
-"""[s] after a touch in which nobody else's value moves this control."""
+"""[s] After an input, changes by others do not move the control for this time."""
 MARK = "● "
 
 Change = Callable[[str, Value], object]
-"""key, value; raises InputError, and then nothing has changed."""
+"""Takes key and value; raises InputError, and then nothing has changed."""
 Current = Callable[[str], Value]
 
 
 def step_of(field: Field) -> float:
-    """About a 200th of the range, as 1, 2 or 5 times a power of ten."""
+    """About a 200th of the range, rounded to 1, 2 or 5 times a power of ten."""
     if field.type == "int":
         return 1.0
     rough = (field.max - field.min) / STEPS
@@ -43,7 +43,7 @@ def step_of(field: Field) -> float:
 
 
 def shown(value: Value) -> str:
-    """For people."""
+    """Formats a value for display."""
     return str(value).lower() if isinstance(value, bool) else f"{value:.6g}"
 
 
@@ -55,17 +55,17 @@ def _widget(gui: viser.GuiApi, field: Field, value: Value, hint: str) -> Any:
     number = int if whole else float
     low, high, step = number(field.min), number(field.max), number(step_of(field))
     if field.min > 0.0 and field.max / field.min > LOG_RANGE:
-        # Without its bounds: the page would take the nearest for what lies outside, and say nothing.
+        # Without bounds: the page would silently clamp values outside of them.
         handle: Any = gui.add_number(label, number(value), step=step, hint=hint)
     else:
         handle = gui.add_slider(label, low, high, step, number(value), hint=hint)
-    # The box beside a slider takes values between its steps.
+    # The number box of a slider accepts values between its steps.
     handle.precision = 0 if whole else DIGITS
     return handle
 
 
 class Control:
-    """One parameter before one viewer."""
+    """The control of one parameter for one viewer."""
 
     def __init__(self, session: ViewerSession, field: Field, loaded: Value, current: Current, change: Change) -> None:
         self.field = field
@@ -74,8 +74,8 @@ class Control:
         self._change = change
         self._label = f"{field.name} {field.unit}".strip()
         self._last = current(field.key)
-        self._wrong: Value | None = None
-        self._turn = 0
+        self._invalid: Value | None = None
+        self._sequence = 0
         self._applied = 0
         self._touched = -math.inf
         self._one_by_one = threading.Lock()
@@ -85,93 +85,93 @@ class Control:
 
     @property
     def changed(self) -> bool:
-        """Whether it differs from what was loaded."""
+        """Whether the value differs from the loaded one."""
         return self._current(self.field.key) != self.loaded
 
     def load(self, loaded: Value) -> None:
-        """Another setup was loaded."""
+        """Takes a newly loaded value."""
         self.loaded = loaded
         self.handle.hint = f"{self.field.doc}; {self.field.range}; loaded: {shown(loaded)}"
 
     def sync(self) -> bool:
-        """Shows what is in force; False where its viewer's hand is on it."""
+        """Shows the current value; False if the viewer is using the control."""
         if time.monotonic() - self._touched < HOLD:
             return False
         self._show()
         return True
 
     def mark(self) -> None:
-        """Shows whether it was changed."""
+        """Marks a changed value."""
         assign(self.handle, "label", MARK + self._label if self.changed else self._label)
 
     def reset(self) -> None:
-        """Back to what was loaded. Raises InputError."""
+        """Resets to the loaded value. Raises InputError."""
         self._change(self.field.key, self.loaded)
         self._touched = -math.inf
 
     def matches(self, text: str) -> bool:
-        """Whether every word of a search is in its name or doc."""
+        """Whether name or description contain every word of the search."""
         about = f"{self.field.key} {self.field.doc}".lower()
         return all(word in about for word in text.lower().split())
 
     def show(self, visible: bool) -> None:
-        """Or hides it."""
+        """Shows or hides the control."""
         assign(self.handle, "visible", visible)
 
     async def _moved(self, event: viser.GuiEvent[Any]) -> None:
         if event.client_id is None:
             return
-        self._turn += 1
-        turn = self._turn
+        self._sequence += 1
+        sequence = self._sequence
         self._touched = time.monotonic()
-        value = self._meant(event.target.value)
-        self._wrong = None if self._is_possible(value) else value
-        waits = self._wrong is not None or self._leaps(value)
+        value = self._intended(event.target.value)
+        self._invalid = None if self._is_possible(value) else value
+        waits = self._invalid is not None or self._is_large_step(value)
         self._last = value
         if waits:
-            await asyncio.sleep(SETTLE)
-        if turn != self._turn:
+            await asyncio.sleep(SETTLING_TIME)
+        if sequence != self._sequence:
             return
-        refusal = await asyncio.to_thread(self._attempt, turn, value)
+        refusal = await asyncio.to_thread(self._attempt, sequence, value)
         if refusal is None:
             return
         if not waits:
-            await asyncio.sleep(SETTLE)
-        if turn == self._turn:
-            self._give_back(refusal)
+            await asyncio.sleep(SETTLING_TIME)
+        if sequence == self._sequence:
+            self._revert(refusal)
 
-    def _meant(self, value: Value) -> Value:
-        """On leaving a box, the page puts the nearest possible value for an impossible one: that was not asked for."""
-        if self._wrong is not None and value in (self.field.min, self.field.max):
-            return self._wrong
+    def _intended(self, value: Value) -> Value:
+        """The intended value: when a box loses focus, the page clamps an invalid value, which must not be applied."""
+        if self._invalid is not None and value in (self.field.min, self.field.max):
+            return self._invalid
         return value
 
     def _is_possible(self, value: Value) -> bool:
         return isinstance(value, bool) or self.field.min <= value <= self.field.max
 
-    def _leaps(self, value: Value) -> bool:
+    def _is_large_step(self, value: Value) -> bool:
         if self.field.type == "bool":
             return False
-        far = max(LEAP * (self.field.max - self.field.min), 1.5 * step_of(self.field))
+        far = max(LARGE_STEP * (self.field.max - self.field.min), 1.5 * step_of(self.field))
         return not abs(value - self._last) <= far
 
-    def _attempt(self, turn: int, value: Value) -> Exception | None:
+    def _attempt(self, sequence: int, value: Value) -> Exception | None:
         with self._one_by_one:
-            if turn < self._applied:
+            if sequence < self._applied:
                 return None
-            self._applied = turn
+            self._applied = sequence
             try:
                 self._change(self.field.key, value)
             except Exception as error:
                 return error
         return None
 
-    def _give_back(self, refusal: Exception) -> None:
+    def _revert(self, refusal: Exception) -> None:
         if isinstance(refusal, InputError):
             self._session.refuse(f"{self.field.name}: refused", str(refusal))
         else:
-            self._session.blame(self.field.name, refusal)
-        self._wrong = None
+            self._session.report_failure(self.field.name, refusal)
+        self._invalid = None
         self._touched = -math.inf
         self._show()
 

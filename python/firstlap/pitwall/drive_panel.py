@@ -1,4 +1,4 @@
-"""What a driving car is told: stop, go, back to the line, stand there."""
+"""Controls of a driving car: stop, go, restart, place."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ from firstlap.pitwall.source import Drives, Simulates
 from firstlap.pitwall.viewer_session import ViewerSession, assign
 from firstlap.plots.colors import BAD, GOOD
 
-SECOND_THOUGHTS = 0.5
-"""[s] after a stop in which "go" does not count: the key that stops also presses the button that has the focus."""
+GO_LOCKOUT = 0.5
+"""[s] After a stop, "go" is ignored for this time: the stop key also presses the focused button."""
 BIG = "<style>[id='{uuid}']{{height:3.6em!important;font-size:1.15em!important;font-weight:800}}</style>"
 NARROW = "<style>@media (min-width:36.01em){{*:has(> [id='{uuid}']){{display:none}}}}</style>"
-"""On wider pages the control is not there. On a phone the page has all panels in one long sheet."""
+"""Hides a control on wide pages. On a phone, all panels are in one long column."""
 WIDTH = 270
-"""[pixels]"""
-STATE = '<div class="firstlap-state" style="padding:0 0.8em 0.5em"><b style="color:{color}">{state}</b> {why}</div>'
+"""[pixels] Width of the floating panel."""
+STATE = '<div class="firstlap-state" style="padding:0 0.8em 0.5em"><b style="color:{color}">{state}</b> {reason}</div>'
 SPACE: Literal["space"] = "space"
 ESCAPE: Literal["escape"] = "escape"
 
 
 class DrivePanel:
-    """In a panel of its own, which no tab and no scrolling hides."""
+    """Stop and go in a separate panel that tabs and scrolling cannot hide."""
 
     def __init__(self, session: ViewerSession, source: Drives) -> None:
         self._session = session
@@ -46,18 +46,18 @@ class DrivePanel:
                 restart = gui.add_button("Restart", color="gray", icon=Icon.ROTATE_CLOCKWISE)
                 restart.on_click(session.click("restart", source.restart))
             self._state = StatePanel(gui)
-        # A corner of what is left between the docked panels; notices come in another one.
+        # In a corner between the docked panels; notices appear in another corner.
         self._panel.float(x=-12, y=-12, width=WIDTH)
         self._panel.expand()
         self._keys = [
-            gui.add_command("Emergency stop", description="until someone says go", hotkey=key, icon=Icon.HAND_STOP)
+            gui.add_command("Emergency stop", description="until someone presses Go", hotkey=key, icon=Icon.HAND_STOP)
             for key in (SPACE, ESCAPE)
         ]
         for key in self._keys:
             key.on_trigger(self._stop)
 
     def update(self, frame: Frame) -> None:
-        """The newest frame."""
+        """Shows the newest frame."""
         self._state.update(frame)
 
     def _stop_and_go(self) -> list[viser.GuiButtonHandle]:
@@ -69,24 +69,24 @@ class DrivePanel:
         go.on_click(self._session.click("go", self._go))
         return [stop, go]
 
-    # On the event loop itself: behind whatever else viewers have asked for, a stop could wait for a thread.
+    # On the event loop: in the thread pool, a stop could wait behind other requests.
     async def _stop(self, _event: Any) -> None:
         self._stopped = time.monotonic()
         self._source.stop()
 
     def _go(self) -> None:
-        if time.monotonic() - self._stopped > SECOND_THOUGHTS:
+        if time.monotonic() - self._stopped > GO_LOCKOUT:
             self._source.go()
 
     def close(self) -> None:
-        """The keys do nothing any more."""
+        """Removes the panel and its keys."""
         self._panel.remove()
         for key in self._keys:
             key.remove()
 
 
 class PlacementPanel:
-    """The car put down by hand; in the container that is open."""
+    """Places the simulated car by a click. Built in the current gui container."""
 
     def __init__(self, session: ViewerSession, source: Simulates, centerline: Points, on_map: OnMap) -> None:
         self._session = session
@@ -100,12 +100,12 @@ class PlacementPanel:
         self._button = gui.add_button("Place the car", color="gray", icon=Icon.MAP_PIN)
         self._button.on_click(session.click("place", self._arm))
         self._heading = gui.add_slider(
-            "heading deg", -180.0, 180.0, 1.0, 0.0, hint="of the car that was placed", visible=False
+            "heading deg", -180.0, 180.0, 1.0, 0.0, hint="heading of the placed car", visible=False
         )
         self._heading.on_update(session.choice("place", self._turn, lambda: None))
 
     def update(self, frame: Frame) -> None:
-        """The newest frame."""
+        """Shows the newest frame."""
         self._now = frame.pose
 
     def _arm(self) -> None:
@@ -114,7 +114,7 @@ class PlacementPanel:
                 self._disarm()
                 return
             self._armed = True
-            self._button.label = "Click on the ground (or here: never mind)"
+            self._button.label = "Click on the ground (or here to cancel)"
             self._button.color = "orange"
             self._session.client.scene.on_click()(self._clicked)
 
@@ -147,20 +147,20 @@ class PlacementPanel:
 
 
 class StatePanel:
-    """Whether it drives, and why not."""
+    """Shows whether the car drives, and why not."""
 
     def __init__(self, gui: viser.GuiApi) -> None:
         self._html = gui.add_html("")
 
     def update(self, frame: Frame) -> None:
-        """The newest frame."""
-        state, color = ("driving", GOOD) if frame.going else ("STOPPED", BAD)
-        why = "" if frame.going else escape(frame.said)
-        assign(self._html, "content", STATE.format(state=state, color=color, why=why))
+        """Shows the newest frame."""
+        state, color = ("driving", GOOD) if frame.may_drive else ("STOPPED", BAD)
+        reason = "" if frame.may_drive else escape(frame.message)
+        assign(self._html, "content", STATE.format(state=state, color=color, reason=reason))
 
 
 def heading_along(line: Points, spot: tuple[float, float], otherwise: float) -> float:
-    """[rad] of the nearest piece of a line (N, 2); `otherwise` where there is none."""
+    """Heading [rad] of the nearest segment of a line (N, 2); `otherwise` for an empty line."""
     if len(line) < 2:
         return otherwise
     steps = np.diff(line, axis=0)

@@ -1,4 +1,4 @@
-"""What a viewer is shown of one moment, and of the place around it."""
+"""The data of one displayed frame and its surroundings."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ Points = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class DrivenLap:
-    """A complete lap: its number from 1, time [s], smallest clearance [m] where known, and line (N, 2) with its
-    speeds (N,) [m/s] in the map frame. standing: it began at rest. setup: what drove its end, where that is known.
-    mixed: something else drove its begin."""
+    """A complete lap: number from 1, time [s], smallest clearance [m] if known, and driven line (N, 2) [m] in the map
+    frame with its speeds (N,) [m/s]. standing: a standing-start lap. setup: at the end of the lap, if known. mixed: the
+    setup changed during the lap."""
 
     number: int
     time: float
@@ -35,17 +35,16 @@ class DrivenLap:
 
 @dataclass(frozen=True)
 class Frame:
-    """One step of a driver, ready to be shown. SI units; immutable once it is handed over; pickles.
+    """One step of a driver, ready for display. SI units; immutable; picklable.
 
-    number: counts the steps of its source; a new one is a new picture. time: [s] of the source's clock. pose: None
-    where the car's place is not known: then everything is shown around the car. speed, yaw_rate, steering_angle:
-    measured. trace: of the driver, in base_link (cpp/firstlap/drivers/trace.hpp);
-    empty before its first step. step_us: the step's own time. way, offset:
-    [m] along and left of the centerline, where known. clearance: [m] smallest so far in this lap, where known.
-    began: [s] of the source's clock at which the running lap began, where the source knows it.
-    laps: complete ones, oldest first. before: the trace of the loaded setup over the same scan, where another one is
-    tried on a recording. going: whether the car may move. said: why it does not, or what just happened.
-    sent: speed [m/s] and steering angle [rad] that the car is sent instead of the step's result; None where it is that.
+    number: changes with every new frame of the source. time: [s] of the source's clock. pose: None if unknown; then the
+    car is drawn at the origin. speed, yaw_rate, steering_angle: measured. trace: of the driver, in base_link
+    (cpp/firstlap/drivers/trace.hpp); empty before its first step. step_us: compute time of the step [us]. distance,
+    offset: [m] along and left of the centerline, if known. clearance: [m] smallest one in this lap so far, if known.
+    lap_start: [s] start time of the current lap, if known. laps: complete laps, oldest first. before: trace of the
+    loaded setup for the same scan, if a changed one is tried on a recording. may_drive: whether the car may move.
+    message: why it may not, or the latest event. sent: speed [m/s] and steering angle [rad] that are sent to the car
+    instead of the step's result; None if the result is sent.
     """
 
     number: int
@@ -57,28 +56,28 @@ class Frame:
     driver: str
     trace: Mapping[str, Any]
     step_us: float
-    way: float | None = None
+    distance: float | None = None
     offset: float | None = None
     clearance: float | None = None
-    began: float | None = None
+    lap_start: float | None = None
     laps: tuple[DrivenLap, ...] = ()
     before: Mapping[str, Any] | None = None
-    going: bool = True
-    said: str = ""
+    may_drive: bool = True
+    message: str = ""
     sent: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)
 class Scenery:
-    """What stands still: walls as polylines (N, 2) in the map frame with whether the LiDAR sees each, and the
-    centerline (N, 2); all empty where the track is not known."""
+    """Static surroundings: walls as polylines (N, 2) [m] in the map frame, whether the LiDAR can see each wall, and the
+    centerline (N, 2) [m]. All are empty if the track is unknown."""
 
     walls: tuple[Points, ...] = ()
     visible: tuple[bool, ...] = ()
     centerline: Points = field(default_factory=lambda: np.zeros((0, 2)))
 
     def bounds(self) -> tuple[Points, Points] | None:
-        """Lower left and upper right corner [m]; None where nothing is known."""
+        """Lower left and upper right corner [m]; None without walls."""
         if not self.walls:
             return None
         points = np.vstack(self.walls)

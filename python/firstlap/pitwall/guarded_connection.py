@@ -1,4 +1,4 @@
-"""A websocket of viser's that knows who is at its other end: what it may say, and how long it may keep us waiting."""
+"""A viser WebSocket with a role: filters and rate-limits its messages, and times out slow browsers."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
 MESSAGE_SIZE = 2**20
-"""[B] of one message from a browser."""
+"""[B] Maximum size of one message from a browser."""
 QUEUE = 4
-"""Messages of one browser that wait to be read."""
-PATIENCE = 10.0
-"""[s] that a browser may take none of what it is sent. websockets' own ping waits behind what is not taken."""
-FIRST_MESSAGE = 10.0
-"""[s] within which a page says where it looks from, as viser's does at once; who says nothing takes up no place."""
+"""Maximum number of unread messages of one browser."""
+SEND_TIMEOUT = 10.0
+"""[s] Send timeout. websockets' own ping does not help: it waits behind the unsent messages."""
+FIRST_MESSAGE_TIMEOUT = 10.0
+"""[s] Timeout of the first message. viser's page sends its camera at once; a silent client must not occupy a slot."""
 RATE = 200.0
-"""[1/s] Messages that are taken of one browser in the long run; a page sends some 70 while everything is dragged."""
+"""[1/s] Sustained message rate of one browser; a page sends some 70 while a control is dragged."""
 BURST = 200.0
-"""Messages at once. One that says more is listened to more slowly, and others, who might press the stop, are not."""
+"""Burst size. A browser that exceeds it is slowed down; others, who might press the emergency stop, are not."""
 
 CAMERA = "ViewerCameraMessage"
 _WATCHING = frozenset(
@@ -45,12 +45,12 @@ _CONTROLLING = _WATCHING | {
     "TransformControlsDragStartMessage",
     "TransformControlsDragEndMessage",
 }
-"""Messages that are passed on. Not among them: viser's share link, which would open a tunnel to us from the internet,
-uploads, and forms, which viser passes on to every browser unread."""
+"""Allowed messages. Excluded are viser's share link, which would open a tunnel from the internet, uploads, and forms,
+which viser forwards unchecked to every browser."""
 
 
 class Role(Enum):
-    """What a viewer may do."""
+    """The rights of a viewer."""
 
     CONTROL = "control"
     WATCH = "watch"
@@ -76,7 +76,7 @@ class _Camera(msgspec.Struct):
     image_width: float
 
     @property
-    def can_be(self) -> bool:
+    def is_valid(self) -> bool:
         numbers = (*self.wxyz, *self.position, *self.look_at, *self.up_direction, self.fov, self.near, self.far)
         sizes = (self.image_height, self.image_width)
         return all(map(math.isfinite, (*numbers, *sizes))) and 0.0 < self.fov < math.pi
@@ -87,71 +87,71 @@ _cameras = msgspec.msgpack.Decoder(_Camera)
 
 
 def may_pass(message: str | bytes, role: Role) -> bool:
-    """Whether a message goes on to viser. Raises ValueError where it is none of viser's."""
+    """Whether to forward a message to viser. Raises ValueError if it is not a viser message."""
     if isinstance(message, str):
-        raise ValueError("text, where viser's messages are binary")
+        raise ValueError("a text message; viser's messages are binary")
     try:
         envelope = _decoder.decode(message)
-        if envelope.type == CAMERA and not _cameras.decode(message).can_be:
+        if envelope.type == CAMERA and not _cameras.decode(message).is_valid:
             return False
     except (msgspec.MsgspecError, RecursionError) as error:
         raise ValueError(str(error)) from None
     if envelope.type not in (_CONTROLLING if role is Role.CONTROL else _WATCHING):
         return False
-    # viser sets whatever attribute an update names.
+    # viser would set any attribute that an update names.
     return envelope.updates is msgspec.UNSET or set(envelope.updates) == {"value"}
 
 
-class Allowance:
-    """Of messages: so many at once, so many in the long run."""
+class TokenBucket:
+    """A token bucket for messages: a burst size and a sustained rate."""
 
     def __init__(self, rate: float, burst: float) -> None:
         self._rate, self._burst = rate, burst
         self._left, self._at = burst, 0.0
 
     def take(self, now: float) -> float:
-        """One more at that time [s]: the time [s] to wait before it counts."""
+        """Takes one token at the time `now` [s]; returns the delay [s] before the message may be handled."""
         self._left = min(self._left + (now - self._at) * self._rate, self._burst) - 1.0
         self._at = now
         return max(-self._left / self._rate, 0.0)
 
 
 class GuardedConnection(ServerConnection):
-    """Passes on what its role may say; gives up on a browser that takes nothing, and on one that talks nonsense."""
+    """Forwards the messages that its role allows; closes on a send timeout or an invalid message."""
 
     role = Role.WATCH
 
     def __init__(self, *arguments: Any, **options: Any) -> None:
         super().__init__(*arguments, **options)
-        self._allowance = Allowance(RATE, BURST)
-        self._has_spoken = False
+        self._bucket = TokenBucket(RATE, BURST)
+        self._has_received = False
 
     async def recv(self, decode: bool | None = None) -> Any:
-        """The next message that may pass. Raises ConnectionClosed, also where none came within FIRST_MESSAGE."""
+        """The next allowed message. Raises ConnectionClosed, also if none arrives within FIRST_MESSAGE_TIMEOUT."""
         while True:
-            message = await (super().recv(decode) if self._has_spoken else self._first(decode))
-            wait = self._allowance.take(monotonic())
+            message = await (super().recv(decode) if self._has_received else self._first(decode))
+            wait = self._bucket.take(monotonic())
             if wait > 0.0:
                 await asyncio.sleep(wait)
             try:
                 if may_pass(message, self.role):
                     return message
             except ValueError:
-                await self.close(1003, "not a message of this page")
+                await self.close(1003, "not a viser message")
 
     async def _first(self, decode: bool | None) -> Any:
         try:
-            message = await asyncio.wait_for(super().recv(decode), FIRST_MESSAGE)
+            message = await asyncio.wait_for(super().recv(decode), FIRST_MESSAGE_TIMEOUT)
         except asyncio.TimeoutError:
-            await self.close(1008, "nothing was said")
+            await self.close(1008, "no message received")
             return await super().recv(decode)
-        self._has_spoken = True
+        self._has_received = True
         return message
 
     async def send(self, message: Any, text: bool | None = None) -> None:
-        """Raises ConnectionClosed, also where nothing was taken for PATIENCE."""
+        """Raises ConnectionClosed, also after the send timeout."""
         try:
-            await asyncio.wait_for(super().send(message, text), PATIENCE)
+            await asyncio.wait_for(super().send(message, text), SEND_TIMEOUT)
         except asyncio.TimeoutError:
             self.transport.abort()
             await self.wait_closed()
@@ -159,7 +159,7 @@ class GuardedConnection(ServerConnection):
 
 
 class Quiet(logging.Logger):
-    """For websockets: strangers knocking, and connections lost, are nothing to print."""
+    """A silent logger for websockets: refused and lost connections are not worth printing."""
 
     def __init__(self) -> None:
         super().__init__("firstlap.pitwall", logging.CRITICAL)

@@ -1,4 +1,4 @@
-"""Which setup drove a lap."""
+"""The setup with which a lap was driven."""
 
 from __future__ import annotations
 
@@ -10,30 +10,30 @@ from firstlap.pitwall.frame import DrivenLap
 
 
 class LapSetup:
-    """Tell it what drives; ask it at the end of each lap."""
+    """Tracks the setup during a lap and attaches it to the finished lap."""
 
     def __init__(self) -> None:
         self._setup: Setup | None = None
         self._mixed = False
 
     def by(self, setup: Setup | None) -> None:
-        """From now on; None where nobody knows."""
+        """Sets the current setup; None if unknown."""
         self._mixed = self._mixed or (self._setup is not None and _differ(self._setup, setup))
         self._setup = setup
 
     def begin(self) -> None:
-        """A lap begins."""
+        """Starts a lap."""
         self._mixed = False
 
     def sign(self, lap: DrivenLap) -> DrivenLap:
-        """The lap that ends here with what drove it; the next one begins."""
+        """The finished lap with its setup; starts the next lap."""
         signed = replace(lap, setup=self._setup, mixed=self._mixed)
         self.begin()
         return signed
 
 
 def changed_from(setup: Setup, loaded: Setup) -> Setup:
-    """The setup with only those of its changes that still differ from what was loaded, or were changed there."""
+    """The setup without changes that equal the loaded setup's unchanged values."""
     kept = {
         (section, name): value
         for (section, name), value in setup.changed.items()
@@ -43,7 +43,7 @@ def changed_from(setup: Setup, loaded: Setup) -> Setup:
 
 
 def short(lap: DrivenLap) -> str:
-    """For a table: the setup's name, how many values were changed, and whether that happened on the way."""
+    """Short text for a table: the setup's name, the number of changed values, and "…" if it changed during the lap."""
     if lap.setup is None:
         return ""
     changes = f" +{len(lap.setup.changed)}" if lap.setup.changed else ""
@@ -51,12 +51,12 @@ def short(lap: DrivenLap) -> str:
 
 
 def long(lap: DrivenLap) -> str:
-    """For who asks: "setup race; k_ang 0.3, l_max 2; something else drove its begin"."""
+    """Full text, such as "setup race; k_ang 0.3, l_max 2; setup changed during the lap"."""
     if lap.setup is None:
         return ""
     changes = ", ".join(f"{name} {shown(value)}" for (_, name), value in sorted(lap.setup.changed.items()))
     return "; ".join(
-        part for part in (lap.setup.title, changes, "something else drove its begin" if lap.mixed else "") if part
+        part for part in (lap.setup.title, changes, "setup changed during the lap" if lap.mixed else "") if part
     )
 
 

@@ -1,4 +1,4 @@
-"""The laps as a table."""
+"""The lap table."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from firstlap.pitwall.map_shapes import best_of
 from firstlap.plots.colors import GOOD
 
 ROWS = 8
-"""Laps that are listed, newest first; the best one is listed always."""
-COLUMNS = ("lap", "s", "to best", "m/s", "room m", "setup")
-AT_ONCE = 1.0
-"""[s] of a source's clock up to which the first frame is one from the line."""
+"""Number of listed laps, newest first; the best one is always listed."""
+COLUMNS = ("lap", "s", "to best", "m/s", "clearance m", "setup")
+START_TIME = 1.0
+"""[s] A first frame before this time of the source's clock counts as the start of the lap."""
 
 
 class LapTable:
-    """In a gui."""
+    """The lap table in a gui."""
 
     def __init__(self, gui: viser.GuiApi) -> None:
         self._html = gui.add_html(table_of((), None))
@@ -28,29 +28,29 @@ class LapTable:
         self._began: float | None = None
 
     def show(self, frame: Frame) -> None:
-        """The frame's laps, and its running one."""
+        """Shows the frame's complete laps and its current one."""
         self._follow(frame)
         self._html.content = table_of(frame.laps, self._running(frame))
 
     def _follow(self, frame: Frame) -> None:
-        """Notes when the running lap began."""
+        """Notes when the current lap began."""
         number = frame.laps[-1].number if frame.laps else 0
         if self._seen is None or number != self._seen or frame.time < self._time:
             fresh = self._seen is None or frame.time < self._time
-            self._began = None if fresh and frame.time > AT_ONCE else frame.time
+            self._began = None if fresh and frame.time > START_TIME else frame.time
         self._seen, self._time = number, frame.time
 
     def _running(self, frame: Frame) -> float | None:
-        """[s] of the running lap, to a frame; None where nobody saw it begin."""
-        began = self._began if frame.began is None else frame.began
-        return None if began is None or not frame.going else frame.time - began
+        """Time [s] of the current lap; None if its start was not observed."""
+        began = self._began if frame.lap_start is None else frame.lap_start
+        return None if began is None or not frame.may_drive else frame.time - began
 
 
 def table_of(laps: tuple[DrivenLap, ...], running: float | None) -> str:
-    """HTML: number, time, difference to the best, mean speed, clearance, setup; the best one marked; the running lap on
-    top.
+    """HTML: number, time, difference to the best, mean speed, clearance and setup of each lap, with the best one marked
+    and the current lap on top.
 
-    laps: oldest first. running: [s], None where no lap runs.
+    laps: oldest first. running: time of the current lap [s], or None.
     """
     best = best_of(laps)
     listed = list(reversed(laps[-ROWS:]))
@@ -76,11 +76,11 @@ def _row(lap: DrivenLap, best: DrivenLap | None) -> str:
     behind = "best" if lap is best else f"{lap.time - best.time:+.3f}" if best else ""
     number = f"{lap.number}" + (" ⚑" if lap.standing else "")
     mean = f"{float(lap.speed.mean()):.2f}" if len(lap.speed) else "–"
-    room = "–" if lap.clearance is None else f"{lap.clearance:.2f}"
+    clearance = "–" if lap.clearance is None else f"{lap.clearance:.2f}"
     style = f"color:{GOOD};font-weight:700" if lap is best else ""
-    told = "; ".join(text for text in ("from a standing start" if lap.standing else "", lap_setup.long(lap)) if text)
-    title = f' title="{html.escape(told)}"' if told else ""
-    cells = _cells(number, f"{lap.time:.3f}", behind, mean, room, lap_setup.short(lap))
+    details = "; ".join(text for text in ("standing start" if lap.standing else "", lap_setup.long(lap)) if text)
+    title = f' title="{html.escape(details)}"' if details else ""
+    cells = _cells(number, f"{lap.time:.3f}", behind, mean, clearance, lap_setup.short(lap))
     return f'<tr style="{style}"{title}>{cells}</tr>'
 
 

@@ -1,4 +1,4 @@
-"""Laps of a car whose track nobody knows: from its pose alone, timed where it began to drive."""
+"""Laps of a car on an unknown track: timed from its poses, at the place where it started."""
 
 from __future__ import annotations
 
@@ -10,31 +10,31 @@ from firstlap.pitwall.frame import DrivenLap, Pose
 from firstlap.pitwall.lap_setup import LapSetup
 
 REACH = 2.5
-"""[m] left and right that the line reaches."""
+"""[m] Half length of the line."""
 SHORTEST = 10.0
-"""[m] of a lap."""
+"""[m] Minimum length of a lap."""
 MOVES = 0.1
-"""[m/s] from which a car drives."""
+"""[m/s] Speed above which a car drives."""
 AT_LINE = 0.5
-"""[m] from the line that a car may stand when its lap begins at rest."""
+"""[m] Maximum distance from the line of a standing start."""
 GAP = 1.0
-"""[s] without a pose after which a lap is lost."""
+"""[s] A longer gap between poses invalidates the lap."""
 FASTEST = 30.0
-"""[m/s] and JUMP [m] more between two poses: the car was carried, or its odometry began anew."""
+"""[m/s] A motion faster than this, plus JUMP [m], means that the car was carried or its odometry was reset."""
 JUMP = 0.5
 APART = 0.05
-"""[m] between points of a lap's line."""
+"""[m] Spacing of the points of a lap's line."""
 MAX_POINTS = 20_000
 MAX_LAPS = 500
-"""The last ones are kept."""
+"""Number of laps kept, newest first."""
 
 
 class LapBook:
-    """Feed it every pose. laps: complete ones. drove: tell it what drives. clearance: [m] smallest in this lap; None
-    where nobody says.
+    """Times laps from a stream of poses. laps: complete ones. lap_setup: takes the current setup. clearance: [m]
+    smallest one in this lap; None if unknown.
 
-    The line stands where the car began to drive, across its way. A lap ends where it is crossed in that direction
-    (within 90 degrees), and after 10 m at the earliest. A gap or a jump loses the lap, never the line.
+    The line is where the car started to drive, perpendicular to its heading. A lap ends when the car crosses it in that
+    direction (within 90 degrees), after 10 m at the earliest. A gap or a jump invalidates the lap but keeps the line.
     """
 
     def __init__(self) -> None:
@@ -50,7 +50,7 @@ class LapBook:
         self._points: list[tuple[float, float, float]] = []
 
     def add(self, time: float, pose: Pose, speed: float) -> None:
-        """time: [s]; one that goes back is a clock that was set anew. speed: [m/s]."""
+        """Adds a pose. time: [s]; a decreasing one means that the clock was reset. speed: [m/s]."""
         before, self._last = self._last, (time, pose, speed)
         if before is None or time == before[0]:
             return
@@ -69,11 +69,11 @@ class LapBook:
             self._note(pose, speed)
 
     def near(self, clearance: float) -> None:
-        """The car is that far [m] from the nearest wall."""
+        """Adds a distance [m] to the nearest wall."""
         self.clearance = clearance if self.clearance is None else min(self.clearance, clearance)
 
     def _start_here(self, before: tuple[float, Pose, float]) -> None:
-        """A car that begins to move at the line, or where there is none yet, begins its lap at rest."""
+        """Starts a standing-start lap if the car starts to move at the line, or if there is no line yet."""
         time, pose, speed = before
         if self._line is None:
             self._line = pose
@@ -90,13 +90,13 @@ class LapBook:
         self.lap_setup.begin()
 
     def _at(self, pose: Pose) -> tuple[float, float, float]:
-        """[m] beyond the line, [m] left of its middle, [rad] turned from its direction."""
+        """Relative to the line: [m] beyond it, [m] left of its middle, and heading error [rad]."""
         x, y, yaw = self._line or (0.0, 0.0, 0.0)
         dx, dy, c, s = pose[0] - x, pose[1] - y, math.cos(yaw), math.sin(yaw)
         return dx * c + dy * s, dy * c - dx * s, math.remainder(pose[2] - yaw, 2.0 * math.pi)
 
     def _crossed(self, before: Pose, pose: Pose) -> float | None:
-        """Where between two poses the line was crossed, 0 to 1."""
+        """Where the line was crossed between two poses, as a fraction from 0 to 1; None if it was not."""
         if self._line is None or (self._began is not None and self._length < SHORTEST):
             return None
         (along, aside, _), (beyond, then_aside, turn) = self._at(before), self._at(pose)

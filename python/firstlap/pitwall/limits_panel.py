@@ -1,4 +1,4 @@
-"""The rules of `firstlap check` for what drives now."""
+"""The limits of `firstlap check` for the current setup."""
 
 from __future__ import annotations
 
@@ -12,29 +12,29 @@ from firstlap.evaluation.setup_limits import LimitCheck, check_limits
 from firstlap.pitwall.viewer_session import assign
 from firstlap.plots.colors import BAD, GOOD
 
-ALLOWED = "every value is allowed; these are rules of thumb, as of firstlap check"
+ALLOWED = "every value is allowed; these are the rules of thumb of firstlap check"
 SMALL = "font-size:0.8em;line-height:1.35;padding:0 0.8em 0.5em"
 
 
 class LimitsPanel:
-    """In the container that is open."""
+    """Built in the current gui container."""
 
     def __init__(self, gui: viser.GuiApi) -> None:
         self._html = gui.add_html("")
 
     def update(self, setup: Setup, car: Car) -> None:
-        """Called when the setup has changed."""
+        """Shows the limits of a changed setup."""
         content = rules_html(check_limits(setup, car))
         assign(self._html, "content", content)
 
 
 def rules_html(rules: list[LimitCheck]) -> str:
-    """Broken ones first. As high whatever is broken: what stands below must not move while it is dragged."""
+    """HTML of the checks, violated ones first. Its height is constant, so that controls below it do not move."""
     if not rules:
         return f'<div style="{SMALL}">no rules of thumb for this driver</div>'
     broken = [rule for rule in rules if not rule.holds]
     kept = [rule for rule in rules if rule.holds]
-    head = f"{len(broken)} warning{'s' * (len(broken) > 1)}" if broken else "every rule holds"
+    head = f"{len(broken)} warning{'s' * (len(broken) > 1)}" if broken else "all limits kept"
     advice = "; ".join(f"{rule.name}: {rule.remark}" for rule in broken)
     title = _line(f"<b>{head}</b>, of {len(rules)} rules of thumb", not broken, ALLOWED)
     lines = [title, *map(_rule, broken), *map(_rule, kept)]

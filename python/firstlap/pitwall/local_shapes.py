@@ -1,4 +1,4 @@
-"""What the method saw and made of it, from its trace (cpp/firstlap/drivers/trace.hpp)."""
+"""Drawings of driver `local`: perception and plan, from its trace (cpp/firstlap/drivers/trace.hpp)."""
 
 from __future__ import annotations
 
@@ -31,14 +31,15 @@ from firstlap.plots.colors import PATH as PATH_COLOR
 RING = 0.12
 """[m] Radius of the ring around the lookahead point."""
 STROKE, MARK_HEIGHT = 0.025, 0.045
-"""[m] Width of its strokes, and where it lies."""
+"""[m] Line width and height of the mark."""
 KEPT = 0
 BOTH = 3
-"""Fate of a section that counts, support of a centerline point that has both walls (segmentation, centerline.hpp)."""
+"""Status of a section that is kept, and support of a centerline point between two walls (segmentation,
+centerline.hpp)."""
 
 
 class LocalShapes:
-    """Everything that a step of driver `local` can show."""
+    """Draws a step of driver `local`."""
 
     def __init__(self, sheet: Sheet) -> None:
         self._left = Cloud(sheet, f"{RETURNS.node}/left", rgb(LEFT), 0.04, 0.03)
@@ -55,7 +56,7 @@ class LocalShapes:
         self._lookahead = Solid(sheet, f"{AIM.node}/lookahead", _mark(), rgb(PATH_COLOR), visible=False)
 
     def show(self, trace: Mapping[str, Any], top: float) -> None:
-        """top [m/s]: where the colors of speeds end. An empty trace shows nothing."""
+        """top [m/s]: upper end of the speed color scale. An empty trace shows nothing."""
         self._show_returns(trace)
         self._show_line(trace)
         self._path.show(points_of_path(trace), column_in(trace, "path", "velocity"), top)
@@ -96,17 +97,17 @@ def points_of_path(trace: Mapping[str, Any]) -> Points:
 
 
 def by_side(trace: Mapping[str, Any]) -> tuple[Points, Points, Points]:
-    """Returns of the right wall, of the left wall, and dropped ones."""
+    """Returns of the right wall, of the left wall, and dropped ones; (N, 2) each [m]."""
     points = points_in(trace, "points")
     split = number_in(trace, "split")
     side = np.full(len(points), 2)
     columns = (column_in(trace, "sections", name).astype(int) for name in ("first", "last", "status"))
-    for i, (first, last, fate) in enumerate(zip(*columns, strict=False)):
-        if fate == KEPT:
+    for i, (first, last, status) in enumerate(zip(*columns, strict=False)):
+        if status == KEPT:
             side[first : last + 1] = 0 if i < split else 1
     return points[side == 0], points[side == 1], points[side == 2]
 
 
 def _mark() -> Mesh:
-    """The lookahead point: a ring, and an arrow along the path there. It only moves, and so goes along with the car."""
+    """The lookahead mark: a ring, and an arrow along the path."""
     return merged([ring(RING, STROKE), moved(arrow(4.0 * RING, STROKE, RING), RING, 0.0)])

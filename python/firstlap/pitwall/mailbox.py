@@ -1,4 +1,4 @@
-"""What the race is told, sent by a thread of its own, so that nobody waits for a race that does not listen."""
+"""Messages to the race process, sent by a separate thread so that no caller waits for an unresponsive race."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from typing import Any
 
 CLOSE = "close"
 OF_ONE_KEY = ("condition",)
-"""Kinds of messages whose next word says what they are about."""
+"""Kinds of messages that are distinguished by their second item."""
 
 Message = tuple[Any, ...]
 
 
 class Mailbox:
-    """Of each kind only the newest message waits, in the order of their coming: a race that stands while a slider is
-    moved is told where the slider is, not where it was, and memory stays bounded."""
+    """Queues only the newest message of each kind, in order of arrival. A blocked race gets the current position of a
+    slider, not its history, and memory stays bounded."""
 
     def __init__(self, connection: Connection) -> None:
         self._connection = connection
@@ -24,7 +24,8 @@ class Mailbox:
         threading.Thread(target=self._run, name="mailbox", daemon=True).start()
 
     def put(self, message: Message) -> None:
-        """Never waits for the race; to one that is gone: nothing. After ("close",) nothing more is sent."""
+        """Queues a message. Never blocks. Messages to an ended race are dropped; after ("close",) nothing more is
+        sent."""
         kind = message[: 2 if message[0] in OF_ONE_KEY else 1]
         with self._there:
             self._waiting.pop(kind, None)
@@ -39,7 +40,7 @@ class Mailbox:
                 if message[0] == CLOSE:
                     return
         except OSError:
-            return  # the race is gone, which whoever hears it will find
+            return  # the race has ended; the receiving thread will notice
 
     def _next(self) -> Message:
         with self._there:

@@ -1,4 +1,4 @@
-"""What stands still: ground, true walls, and the lines of laps."""
+"""Static drawings: ground, true walls, and the lines of laps."""
 
 from __future__ import annotations
 
@@ -9,72 +9,72 @@ import numpy as np
 from firstlap.pitwall.frame import DrivenLap, Points, Pose, Scenery
 from firstlap.pitwall.layers import GROUND, LAPS, MIDDLE, WALLS
 from firstlap.pitwall.primitives import LineSegments, Sheet, Solid
-from firstlap.pitwall.shapes import NOTHING, Segments, chain, dashed, fence, joined, merged
+from firstlap.pitwall.shapes import NOTHING, Segments, chain, dashed, joined, merged, wall_mesh
 from firstlap.plots.colors import DROPPED, FAINT, GOOD, GRID, INK, LINE, WALL, rgb
 
 WALL_HEIGHT = 0.12
-"""[m] as drawn; every wall is as high as the LiDAR's plane, or lower where it is not seen."""
+"""[m] Height of drawn walls."""
 UNKNOWN = 40.0
-"""[m] of ground to every side where no track is known: a multiple of five."""
+"""[m] Half size of the ground without a track; a multiple of five."""
 AROUND = 12.0
-"""[m] of ground around a known track."""
+"""[m] Margin of the ground around a track."""
 SHOWN_LAPS = 5
 
 
 class Ground:
-    """Lines every meter and every five, around the track; where none is known, around the car."""
+    """Grid lines every meter and every five meters, around the track, or around the car without a track."""
 
     def __init__(self, sheet: Sheet) -> None:
         colors = ((1, rgb(GRID, 0.25)), (5, rgb(GRID)))
-        names = {1: "metres", 5: "five_metres"}
+        names = {1: "meters", 5: "five_meters"}
         self._lines = [(every, LineSegments(sheet, f"{GROUND.node}/{names[every]}", c, 1.0)) for every, c in colors]
         self._moves = True
 
     def surround(self, scenery: Scenery) -> None:
-        """The track is this one."""
+        """Sets the track."""
         bounds = scenery.bounds()
         low, high = bounds if bounds else (np.full(2, -UNKNOWN), np.full(2, UNKNOWN))
         self._moves = bounds is None
-        for every, pen in self._lines:
-            pen.move(0.0, 0.0)
-            pen.show(_grid(low - AROUND, high + AROUND, every))
+        for every, lines in self._lines:
+            lines.move(0.0, 0.0)
+            lines.show(_grid(low - AROUND, high + AROUND, every))
 
     def show(self, pose: Pose) -> None:
-        """The car is there."""
+        """Moves the ground with the car, without a track."""
         if self._moves:
             x, y = (UNKNOWN * round(value / UNKNOWN) for value in pose[:2])
-            for _, pen in self._lines:
-                pen.move(x, y)
+            for _, lines in self._lines:
+                lines.move(x, y)
 
 
 class Walls:
-    """True walls and centerline, where they are known."""
+    """True walls and centerline, if known."""
 
     def __init__(self, sheet: Sheet) -> None:
         self._sheet = sheet
-        self._fence: Solid | None = None
+        self._wall_mesh: Solid | None = None
         self._seen = LineSegments(sheet, f"{WALLS.node}/seen", rgb(INK), 2.0)
         self._unseen = LineSegments(sheet, f"{WALLS.node}/unseen", rgb(FAINT), 2.0)
         self._middle = LineSegments(sheet, f"{MIDDLE.node}/line", rgb(LINE, 0.4), 1.0)
 
     def surround(self, scenery: Scenery) -> None:
-        """These, and no others."""
+        """Replaces all walls."""
         pairs = list(zip(scenery.walls, scenery.visible, strict=True))
         seen = [wall for wall, visible in pairs if visible and len(wall) > 1]
         low_ones = [wall for wall, visible in pairs if not visible]
-        self._raise_fence(seen)
+        self._build_wall_mesh(seen)
         self._seen.show(_all([chain(wall, 0.006) for wall in seen]))
         self._unseen.show(_all([dashed(wall, 0.01, 0.12, 0.1) for wall in low_ones]))
         middle = scenery.centerline
         closed = np.vstack([middle, middle[:1]]) if len(middle) > 1 else NOTHING
         self._middle.show(dashed(closed, 0.004, 0.2, 0.2))
 
-    def _raise_fence(self, walls: list[Points]) -> None:
-        """A mesh keeps its shape for good: another one takes its name."""
-        if self._fence is not None:
-            self._fence.remove()
-        mesh = merged([fence(wall, WALL_HEIGHT) for wall in walls]) if walls else None
-        self._fence = Solid(self._sheet, f"{WALLS.node}/fence", mesh, rgb(WALL)) if mesh else None
+    def _build_wall_mesh(self, walls: list[Points]) -> None:
+        """Replaces the mesh: a mesh cannot change its shape."""
+        if self._wall_mesh is not None:
+            self._wall_mesh.remove()
+        mesh = merged([wall_mesh(wall, WALL_HEIGHT) for wall in walls]) if walls else None
+        self._wall_mesh = Solid(self._sheet, f"{WALLS.node}/fence", mesh, rgb(WALL)) if mesh else None
 
 
 def _grid(low: Points, high: Points, every: int) -> Segments:
@@ -92,13 +92,13 @@ def _all(pieces: list[Segments]) -> Segments:
 
 
 def best_of(laps: Sequence[DrivenLap]) -> DrivenLap | None:
-    """The fastest, the first of equals; a lap from rest only where there is no other."""
+    """The fastest flying lap; a standing-start lap only if there is no other."""
     flying = [lap for lap in laps if not lap.standing] or list(laps)
     return min(flying, key=lambda lap: lap.time, default=None)
 
 
 class LapLines:
-    """The last laps, paler the older they are, and the best one of all."""
+    """The lines of the last laps, older ones paler, and of the best lap."""
 
     def __init__(self, sheet: Sheet) -> None:
         self._lines = [LineSegments(sheet, f"{LAPS.node}/{i}", rgb(DROPPED, 0.16 * i), 1.5) for i in range(SHOWN_LAPS)]
@@ -106,17 +106,17 @@ class LapLines:
         self._shown: tuple[DrivenLap, ...] | None = None
 
     def show(self, laps: tuple[DrivenLap, ...]) -> None:
-        """Complete laps, oldest first."""
+        """Shows complete laps, oldest first."""
         if self._shown is not None and _same(laps, self._shown):
             return
         self._shown = laps
         best = best_of(laps)
         last = [lap.line if lap is not best else NOTHING for lap in reversed(laps[-SHOWN_LAPS:])]
-        for i, pen in enumerate(self._lines):
-            pen.show(chain(last[i] if i < len(last) else NOTHING, 0.012 - 0.001 * i))
+        for i, lines in enumerate(self._lines):
+            lines.show(chain(last[i] if i < len(last) else NOTHING, 0.012 - 0.001 * i))
         self._best.show(chain(best.line if best else NOTHING, 0.014))
 
 
 def _same(laps: tuple[DrivenLap, ...], others: tuple[DrivenLap, ...]) -> bool:
-    """Whether they are the same laps: frames come from another process, so each brings copies."""
+    """Whether the laps are the same; frames from another process contain copies."""
     return [(lap.number, lap.time) for lap in laps] == [(lap.number, lap.time) for lap in others]

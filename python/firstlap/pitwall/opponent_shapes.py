@@ -1,4 +1,4 @@
-"""The drawings of the other drivers, in the scene."""
+"""Scene objects for the other drivers."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from firstlap.plots.colors import PATH as PATH_COLOR
 
 
 class OpponentShapes:
-    """geometry: of the car file's section of that name, SI."""
+    """geometry: section `geometry` of the car file, SI units."""
 
     def __init__(self, sheet: Sheet, geometry: Mapping[str, float]) -> None:
         self._geometry = geometry
@@ -42,7 +42,7 @@ class OpponentShapes:
         self._plan = SpeedLine(sheet, f"{PATH.node}/plan", 0.07, 0.035)
 
     def show(self, driver: str, trace: Mapping[str, Any], top: float) -> None:
-        """A step of that driver; of driver local nothing. top [m/s]: where the colors of speeds end."""
+        """Shows a step of a driver; nothing for driver local. top [m/s]: upper end of the speed color scale."""
         drawing = draw(driver, trace, self._geometry)
         self._returns.show(drawing.returns)
         self._known.show(drawing.known)

@@ -1,4 +1,5 @@
-"""What the other drivers saw and chose, drawn from their traces (cpp/firstlap/drivers, global_driver/trace.py)."""
+"""Drawings of the other drivers' perception and decisions, from their traces (cpp/firstlap/drivers,
+global_driver/trace.py)."""
 
 from __future__ import annotations
 
@@ -18,18 +19,18 @@ Values = npt.NDArray[np.float64]
 NO_VALUES: Values = np.zeros(0)
 NO_LINES: Segments = chain(NOTHING, 0.0)
 ARC = 3.0
-"""[m] of an arc that are drawn at most."""
+"""[m] Maximum length of drawn arcs."""
 EVERY = 5
-"""Stages of a plan from one outline of the car to the next."""
+"""Number of plan stages between two car outlines."""
 ABOVE = 0.04
 """[m] Height of lines above the ground: over areas, under points."""
 
 
 @dataclass(frozen=True)
 class Drawing:
-    """In base_link [m]. free: what is free for the car, chosen: the part of it that it wants, right to left around
-    the laser. trouble: returns that matter most. wanted: an arc that was not free. aim: a ray from the laser.
-    line: of the map-based driver. spread: radius of what it believes of its place.
+    """In base_link [m]. free: boundary of the free space, chosen: its chosen part, right to left around the laser.
+    trouble: the most critical returns. wanted: a desired arc that is not free. aim: a ray from the laser. line: racing
+    line of the map-based driver. spread: radius of its position uncertainty.
     """
 
     returns: Points = field(default_factory=lambda: NOTHING)
@@ -50,8 +51,8 @@ class Drawing:
 
 
 def draw(driver: str, trace: Mapping[str, Any], geometry: Mapping[str, float]) -> Drawing:
-    """What to draw of a step; a driver that is not known has its returns. geometry: of the car file. Never raises for
-    a trace that lacks something."""
+    """The drawing of a step; only returns for an unknown driver. geometry: of the car file. Never raises for an
+    incomplete trace."""
     return _DRAWN.get(driver, _returns_only)(trace, geometry)
 
 
@@ -60,12 +61,12 @@ def _returns_only(trace: Mapping[str, Any], geometry: Mapping[str, float]) -> Dr
 
 
 def _ends(geometry: Mapping[str, float], angles: Values, ranges: Values) -> Points:
-    """(N, 2) ends of rays from the laser."""
+    """(N, 2) endpoints of rays from the laser."""
     return ray_ends(laser_of(geometry), angles, ranges)
 
 
 def _beams(trace: Mapping[str, Any], count: int) -> Values:
-    """(count,) angles [rad], right to left; not finite where the trace does not tell."""
+    """(count,) beam angles [rad], right to left; not finite if the trace has none."""
     return number_in(trace, "first_beam") + number_in(trace, "beam_step") * np.arange(count, dtype=float)
 
 
@@ -83,7 +84,7 @@ def _ray(trace: Mapping[str, Any], geometry: Mapping[str, float]) -> Points:
 
 
 def _arc(steering_angle: float, length: float, geometry: Mapping[str, float]) -> Points:
-    """The rear axle's way at a wheel angle [rad] over a length [m]."""
+    """The rear axle's arc at a steering angle [rad] over a length [m]."""
     if not math.isfinite(steering_angle + length):
         return NOTHING
     s = np.linspace(0.0, min(max(length, 0.1), ARC), 40)
@@ -144,7 +145,7 @@ def _pid(trace: Mapping[str, Any], geometry: Mapping[str, float]) -> Drawing:
 
 
 def _wall_of(trace: Mapping[str, Any], side: str, laser: Points, ahead: Points) -> Segments:
-    """The wall as two beams tell it, and the distances to it at the laser and at the preview."""
+    """The wall from two beams, and the distances to it at the laser and at the preview."""
     sign = 1.0 if side == "left" else -1.0
     angle, distance, preview = (number_in(trace, side, name) for name in ("angle", "distance", "preview"))
     if not math.isfinite(angle + distance + preview):

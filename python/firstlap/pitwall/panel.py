@@ -1,4 +1,4 @@
-"""What one viewer is given: all controls, or only what there is to see."""
+"""A viewer's panel: all controls, or read-only."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import viser
 from firstlap.common.errors import InputError
 from firstlap.config.parameters import Value
 from firstlap.config.setup_file import Setup
-from firstlap.pitwall.camera import OnMap, on_ground
+from firstlap.pitwall.camera import OnMap, ground_point
 from firstlap.pitwall.conditions import OFTEN
 from firstlap.pitwall.control_panel import ControlPanel
 from firstlap.pitwall.drive_panel import DrivePanel, PlacementPanel, StatePanel
@@ -26,20 +26,20 @@ from firstlap.tuning.space import usual
 
 
 class AnyPanel(Protocol):
-    """Of a viewer."""
+    """A viewer's panel."""
 
     def update(self, frame: Frame) -> None:
-        """The newest frame, which may be the one before; never waits."""
+        """Shows the newest frame, which may be unchanged. Never blocks."""
 
     def close(self) -> None:
-        """The viewer has gone, or shall have other controls."""
+        """The viewer has disconnected, or gets other controls."""
 
 
 class Panel:
-    """All controls, for a viewer who may control. folder: where setups are saved."""
+    """All controls, for a viewer with control. folder: where setups are saved."""
 
     def __init__(
-        self, client: viser.ClientHandle, source: Source, folder: Path | None = None, on_map: OnMap = on_ground
+        self, client: viser.ClientHandle, source: Source, folder: Path | None = None, on_map: OnMap = ground_point
     ) -> None:
         self._session = ViewerSession(client)
         self._source = source
@@ -53,13 +53,13 @@ class Panel:
             self._build_top()
             self._tabs = gui.add_tab_group()
             with self._tabs.add_tab("Tune"):
-                self._rules = LimitsPanel(gui)
-                self._place_of_board = gui.add_folder(None)
+                self._limits = LimitsPanel(gui)
+                self._parameters_folder = gui.add_folder(None)
             with self._tabs.add_tab("Setup"):
-                self._place_of_changed = gui.add_folder(None)
+                self._changed_folder = gui.add_folder(None)
                 self._setup = SetupPanel(self._session, source, folder if folder is not None else Path.cwd())
             self._loaded = source.loaded
-            self._board = self._build_board()
+            self._parameters = self._build_parameters()
             self._conditions = self._build_conditions()
 
     def update(self, frame: Frame) -> None:
@@ -72,10 +72,10 @@ class Panel:
                     update(frame)
                 self._follow()
             except InputError:
-                # The driver was changed meanwhile; the next frame finds the other one.
+                # The driver was changed concurrently; the next update shows the new one.
                 self._seen = None
             except Exception as error:
-                self._session.blame("showing", error)
+                self._session.report_failure("showing", error)
 
     def close(self) -> None:
         """See AnyPanel."""
@@ -115,11 +115,11 @@ class Panel:
                 many=False,
             )
 
-    def _build_board(self) -> ControlPanel:
+    def _build_parameters(self) -> ControlPanel:
         source = self._source
         setup = source.setup
         table = setup.fields
-        with self._place_of_board:
+        with self._parameters_folder:
             return ControlPanel(
                 self._session,
                 table,
@@ -128,7 +128,7 @@ class Panel:
                 lambda key: source.loaded.get(key),
                 self._change_one,
                 source.change,
-                changed_in=self._place_of_changed,
+                changed_in=self._changed_folder,
             )
 
     @staticmethod
@@ -143,13 +143,13 @@ class Panel:
         self._source.change({key: value})
 
     def _follow(self) -> None:
-        """What another viewer, or anyone else, has changed."""
+        """Shows changes by other viewers or programs."""
         setup, loaded = self._source.setup, self._source.loaded
         if loaded is not self._loaded:
             self._take(loaded)
         if setup is not self._seen and setup.driver == self._loaded.driver:
-            self._rules.update(setup, self._source.car)
-            if self._board.sync():
+            self._limits.update(setup, self._source.car)
+            if self._parameters.sync():
                 self._seen = setup
         if self._conditions is not None:
             self._conditions.sync()
@@ -161,21 +161,21 @@ class Panel:
         self._setup.load()
         with self._session.client.atomic():
             if another:
-                self._board.remove()
-                self._board = self._build_board()
+                self._parameters.remove()
+                self._parameters = self._build_parameters()
             else:
-                self._board.load()
+                self._parameters.load()
 
 
 class WatchPanel:
-    """Nothing that changes anything, for a viewer who may only watch."""
+    """The read-only panel."""
 
     def __init__(self, client: viser.ClientHandle, source: Source) -> None:
         self._source = source
         self._seen: Setup | None = None
         self._state = StatePanel(client.gui) if isinstance(source, Drives) else None
         self._about = client.gui.add_html("")
-        self._rules = LimitsPanel(client.gui)
+        self._limits = LimitsPanel(client.gui)
 
     def update(self, frame: Frame) -> None:
         """See AnyPanel."""
@@ -184,7 +184,7 @@ class WatchPanel:
         setup = self._source.setup
         if setup is not self._seen:
             self._seen = setup
-            self._rules.update(setup, self._source.car)
+            self._limits.update(setup, self._source.car)
             self._about.content = f'<div style="padding:0 0.8em 0.5em">watching: {escape(setup.title)}</div>'
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""Where a car is, from messages: its odometry, a localizer's map -> odom, or a simulator's truth."""
+"""The car's pose from messages: odometry, a localizer's transform map -> odom, or a simulator's ground truth."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from firstlap.ros.conversions import seconds, yaw_of
 
 MAP = "map"
 KEPT = 200
-"""Poses, to find the one of a trace's moment."""
+"""Number of poses kept, to find the one of a trace's stamp."""
 TRUTH_LASTS = 1.0
-"""[s] of silence after which the truth is no longer waited for."""
+"""[s] Without ground truth for this time, odometry is used again."""
 
 
 class Places:
-    """Poses in one frame: the map's where somebody says where that is, else the odometry's. Laps with them."""
+    """Poses in one frame: the map frame if it is known, else the odometry frame. Also times laps."""
 
     def __init__(self) -> None:
         self.frames = Frames()
@@ -36,8 +36,8 @@ class Places:
         self._poses: deque[tuple[float, Pose]] = deque(maxlen=KEPT)
         self._truth_at = -math.inf
 
-    def hear_odometry(self, message: Any) -> None:
-        """nav_msgs/Odometry of the car's own."""
+    def on_odometry(self, message: Any) -> None:
+        """Takes the car's nav_msgs/Odometry."""
         twist = message.twist.twist
         if not all(map(math.isfinite, (twist.linear.x, twist.angular.z))):
             return
@@ -47,8 +47,8 @@ class Places:
         to_map = self.frames.find(MAP, message.header.frame_id)
         self._add(message, to_map, to_map is not None)
 
-    def hear_truth(self, message: Any) -> None:
-        """nav_msgs/Odometry of a simulator, in the frame of its map."""
+    def on_ground_truth(self, message: Any) -> None:
+        """Takes a simulator's ground truth, a nav_msgs/Odometry in the map frame."""
         if message.header.frame_id.lstrip("/") == MAP:
             self._truth_at = time.monotonic()
             self._add(message, None, True)
@@ -62,7 +62,7 @@ class Places:
         stamp = seconds(message.header.stamp)
         if not all(map(math.isfinite, (*pose, stamp))):
             return
-        if in_map != self.in_map:  # lines driven in another frame mean nothing in this one
+        if in_map != self.in_map:  # lines in another frame are meaningless in this one
             self.in_map = in_map
             self.book = LapBook()
             self._poses.clear()
@@ -72,7 +72,7 @@ class Places:
         self.book.add(stamp, pose, message.twist.twist.linear.x)
 
     def at(self, stamp: float) -> Pose | None:
-        """The pose at that moment [s], between two that were heard, or the nearest; None where there is none."""
+        """The pose at a time [s], interpolated, or the nearest one; None without poses."""
         after: tuple[float, Pose] | None = None
         for one in reversed(self._poses):
             if one[0] <= stamp:
@@ -81,7 +81,7 @@ class Places:
         return None if after is None else after[1]
 
     def newest(self) -> tuple[float, Pose | None]:
-        """Stamp [s] and pose."""
+        """Stamp [s] and pose of the newest odometry."""
         return self._poses[-1] if self._poses else (0.0, None)
 
 
@@ -93,12 +93,12 @@ def _between(before: tuple[float, Pose], after: tuple[float, Pose], stamp: float
 
 
 def geometry(car: Car, name: str) -> float:
-    """[m] or [rad] of a car's body."""
+    """A value of the car's section `geometry`."""
     return float(car.core.get("geometry", name))  # type: ignore[arg-type]
 
 
 def clearance(points: npt.NDArray[np.float64], car: Car) -> float | None:
-    """[m] from the car's body to the nearest of points (N, 2) in base_link that are finite; None where none is."""
+    """Distance [m] from the car's body to the nearest finite point (N, 2) in base_link; None if there is none."""
     points = points[np.isfinite(points).all(axis=1)]
     if not len(points):
         return None
@@ -109,7 +109,7 @@ def clearance(points: npt.NDArray[np.float64], car: Car) -> float | None:
 
 
 def points_of(trace: dict[str, Any], laser: tuple[float, float]) -> npt.NDArray[np.float64]:
-    """(N, 2) returns in base_link [m] of a trace, whoever's it is."""
+    """(N, 2) returns in base_link [m] of the trace of any driver."""
     ranges = column_in(trace, "ranges")
     angles = number_in(trace, "first_beam") + number_in(trace, "beam_step") * np.arange(len(ranges))
     return np.vstack([points_in(trace, "points"), ray_ends(laser, angles, ranges)])

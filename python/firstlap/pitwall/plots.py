@@ -1,4 +1,4 @@
-"""Plots of the last seconds: speed, steering, clearance, step time."""
+"""Time plots of speed, steering, clearance and step time."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ from firstlap.pitwall.shapes import column_in, number_in
 from firstlap.plots.colors import BAD, GOOD, INK, LEFT, PATH, RIGHT
 
 SECONDS = 10.0
-"""[s] that are shown."""
+"""[s] Length of the time axis."""
 STEPS = 201
-"""Moments within them."""
+"""Number of samples on the time axis."""
 KEPT = 512
-"""Frames that are remembered: more than come in that time."""
+"""Number of frames kept; more than arrive in that time."""
 HEIGHT = 118
-"""Pixels."""
+"""[pixels] Height of a plot."""
 FONT = "11px sans-serif"
 Values = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Curve:
-    """One line of a plot: its name by driver ("" for any other; a driver that is not named has no such line)."""
+    """One curve of a plot. names: name by driver; "" is the default. A driver without a name has no such curve."""
 
     names: dict[str, str]
     color: str
@@ -39,13 +39,13 @@ class Curve:
     width: float = 1.5
 
     def name(self, driver: str) -> str | None:
-        """None where that driver has no such thing."""
+        """The name for a driver; None if it has no such curve."""
         return self.names.get(driver, self.names.get(""))
 
 
 @dataclass(frozen=True)
 class Plot:
-    """digits: of its numbers, behind the point. lowest: where its axis begins, None: with the data."""
+    """digits: decimals of its numbers. lowest: lower end of the axis; None: from the data."""
 
     title: str
     unit: str
@@ -55,7 +55,7 @@ class Plot:
 
 
 def _planned_here(frame: Frame) -> float:
-    """[m/s] of the path next to the front axle, or at the plan's beginning."""
+    """Planned speed [m/s] at the path point nearest the front axle, or at the start of the plan."""
     speeds = column_in(frame.trace, "path", "velocity")
     if len(speeds):
         nearest = number_in(frame.trace, "nearest")
@@ -65,7 +65,7 @@ def _planned_here(frame: Frame) -> float:
 
 
 def _degrees(*names: str) -> Callable[[Frame], float]:
-    """The first of these names that the trace has, in degrees."""
+    """The first of these values that the trace has, in degrees."""
 
     def value(frame: Frame) -> float:
         for name in names:
@@ -78,7 +78,7 @@ def _degrees(*names: str) -> Callable[[Frame], float]:
 
 
 def _free(frame: Frame) -> float:
-    """[m] that the driver knows to be free around or ahead of its way."""
+    """Free distance [m] around or ahead of the path, according to the driver."""
     for name in ("clearance", "arc_free", "aim_free", "free"):
         found = number_in(frame.trace, name)
         if math.isfinite(found):
@@ -105,7 +105,7 @@ PLOTS = (
         lowest=0.0,
     ),
     Plot(
-        "wheel angle",
+        "steering angle",
         "°",
         1,
         (
@@ -118,21 +118,21 @@ PLOTS = (
         ),
     ),
     Plot(
-        "room",
+        "clearance",
         "m",
         2,
         (
-            Curve({"": "least of the lap"}, BAD, _so_far),
+            Curve({"": "minimum of the lap"}, BAD, _so_far),
             Curve({"local": "path to wall", "global": "plan to wall", "": "free ahead"}, LEFT, _free),
         ),
         lowest=0.0,
     ),
-    Plot("step time", "µs", 0, (Curve({"": "of the driver"}, INK, lambda frame: frame.step_us),), lowest=0.0),
+    Plot("step time", "µs", 0, (Curve({"": "driver"}, INK, lambda frame: frame.step_us),), lowest=0.0),
 )
 
 
 class History:
-    """The last frames' values of all curves, at their times."""
+    """The values of all curves in the last frames, with their times."""
 
     def __init__(self) -> None:
         self._curves = [curve for plot in PLOTS for curve in plot.curves]
@@ -141,7 +141,7 @@ class History:
         self._driver = ""
 
     def add(self, frame: Frame) -> None:
-        """One more. Time that goes back, or stands still for longer than is shown, begins anew."""
+        """Adds a frame. Starts over if time decreases or jumps by more than the length of the axis."""
         last = self._rows[-1, 0]
         if self._count and (not 0.0 <= frame.time - last < SECONDS or frame.driver != self._driver):
             self._count = 0
@@ -155,7 +155,7 @@ class History:
         self._count = min(self._count + 1, KEPT)
 
     def sampled(self) -> tuple[Values, Values]:
-        """(STEPS,) seconds up to now, and (STEPS, curves); NaN where there was nothing."""
+        """(STEPS,) times [s] up to 0, and (STEPS, curves) values; NaN without data."""
         ago = np.linspace(-SECONDS, 0.0, STEPS)
         result = np.full((STEPS, len(self._curves)), np.nan)
         rows = self._rows[KEPT - self._count :]
@@ -167,10 +167,10 @@ class History:
 
 
 def drawable(ago: Values, values: Values) -> tuple[Values, ...]:
-    """Columns of one plot as uPlot draws them: seconds and curves (STEPS,), without a NaN, which no axis survives.
+    """Columns of one plot for uPlot: times [s] and curves (STEPS,), without NaN, which uPlot cannot scale.
 
-    Time before there was anything is drawn where it begins. A curve keeps its last value through a gap; one that has
-    none lies below the last one, which is to be a curve that every source has.
+    Times before the first data are clamped to it. A curve holds its last value through a gap. A curve without data is
+    drawn below the last one, which must be one that every source has.
     """
     known = [curve for curve in values.T if np.isfinite(curve).any()]
     if not known:
@@ -181,14 +181,14 @@ def drawable(ago: Values, values: Values) -> tuple[Values, ...]:
 
 
 def _filled(curve: Values) -> Values:
-    """(STEPS,) A gap as the value before it; what lies before the first value as that one."""
+    """(STEPS,) with gaps filled by the previous value, and the start by the first one."""
     finite = np.isfinite(curve)
     at = np.maximum.accumulate(np.where(finite, np.arange(len(curve)), -1))
     return curve[np.where(at < 0, finite.argmax(), at)]
 
 
 class Plots:
-    """The plots in a gui. `add` every frame, `draw` as often as a person can read."""
+    """The plots in a gui. `add` every frame; `draw` at a readable rate."""
 
     def __init__(self, gui: viser.GuiApi) -> None:
         self._history = History()
@@ -202,11 +202,11 @@ class Plots:
             first = last
 
     def add(self, frame: Frame) -> None:
-        """Remembers a frame."""
+        """Adds a frame."""
         self._history.add(frame)
 
     def draw(self, frame: Frame) -> None:
-        """Shows what is remembered; the numbers are the frame's."""
+        """Draws the curves; the numbers are the frame's."""
         ago, values = self._history.sampled()
         first = 0
         for plot, head, chart in zip(PLOTS, self._heads, self._charts, strict=True):
@@ -217,12 +217,12 @@ class Plots:
 
 
 def head_of(plot: Plot, frame: Frame) -> str:
-    """Title, and each curve's name in its color with its value now."""
+    """HTML: the title, and each curve's name in its color with its current value."""
     keys = []
     for curve in plot.curves:
         name, value = curve.name(frame.driver), curve.value(frame)
         if name:
-            # Plus zero: nothing is "-0.0".
+            # Adding zero avoids "-0.0".
             number = f"{round(value, plot.digits) + 0.0:.{plot.digits}f}" if math.isfinite(value) else "–"
             keys.append(
                 f'<span style="white-space:nowrap;margin-right:.6em"><span style="color:{curve.color}">━</span> '

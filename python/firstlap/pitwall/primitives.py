@@ -1,11 +1,10 @@
-"""What the scene is drawn with: things of viser's that are made once and then only changed.
+"""Drawing primitives of the scene: viser objects that are created once and then updated.
 
-Everything keeps its name for good, so that a late browser is told of each thing's newest state and of nothing else.
-Lengths of what changes together (a line and its colors) never change: a slow browser may get the two apart.
+Every object keeps its name, so that a browser that connects late gets only the newest state of each. Arrays that change
+together (a line and its colors) keep their lengths, because a slow browser may get them separately.
 
-A browser shows a node's new pose one picture before its new points, be they of a cloud, a line or a mesh. So nothing
-that changes has a pose: all of it, the car too, is points on a `Sheet`, where the car stands on the map. What is sent
-at once is then seen at once.
+A browser renders a node's new pose one frame before its new points. So moving objects have no pose: all of them, also
+the car, are points that a `Sheet` transforms to the map frame. Everything that is sent together is then shown together.
 """
 
 from __future__ import annotations
@@ -24,27 +23,27 @@ from firstlap.pitwall.shapes import (
     Segments,
     chain,
     fan_faces,
-    filled_up,
+    padded,
     raised,
     resampled,
 )
 from firstlap.plots.colors import SPEED_MAP
 
 Color = tuple[int, int, int]
-UNSEEN = np.zeros((1, 3), np.float32)
+HIDDEN_POINT = np.zeros((1, 3), np.float32)
 STEP = 64
-"""Clouds grow and shrink by so many points."""
+"""Point clouds grow and shrink in multiples of this."""
 
 
 def placed(pose: Pose, points: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
-    """(..., 3) as of a frame at `pose`, in the frame that the pose is in."""
+    """(..., 3) points in a frame at `pose`, transformed to the pose's parent frame."""
     c, s = math.cos(pose[2]), math.sin(pose[2])
     turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
     return (points @ turn + (pose[0], pose[1], 0.0)).astype(np.float32)
 
 
 class Sheet:
-    """Where drawings in base_link lie: at `pose`, which is the origin to begin with."""
+    """Transforms drawings in base_link to `pose` in the map frame; initially the origin."""
 
     def __init__(self, api: viser.SceneApi) -> None:
         self.api = api
@@ -56,13 +55,13 @@ class Sheet:
 
 
 class Cloud:
-    """Points of one color; size [m]."""
+    """A point cloud of one color; size [m]."""
 
     def __init__(self, sheet: Sheet, name: str, color: Color, size: float, height: float) -> None:
         self._sheet, self._height = sheet, height
         self._handle = sheet.api.add_point_cloud(
             name,
-            UNSEEN,
+            HIDDEN_POINT,
             color,
             point_size=size,
             point_shape="circle",
@@ -72,14 +71,14 @@ class Cloud:
         )
 
     def show(self, points: Points) -> None:
-        """These, and no others."""
+        """Replaces the content."""
         if len(points):
-            self._handle.points = filled_up(self._sheet.placed(raised(points, self._height)), STEP)
+            self._handle.points = padded(self._sheet.placed(raised(points, self._height)), STEP)
         self._handle.visible = len(points) > 0
 
 
 class LineSegments:
-    """Separate lines of one color; width in pixels."""
+    """Line segments of one color; width [pixels]."""
 
     def __init__(self, sheet: Sheet, name: str, color: Color, width: float) -> None:
         self._sheet = sheet
@@ -88,18 +87,18 @@ class LineSegments:
         )
 
     def show(self, segments: Segments) -> None:
-        """These, and no others."""
+        """Replaces the content."""
         if len(segments):
             self._handle.points = self._sheet.placed(segments)
         self._handle.visible = len(segments) > 0
 
     def move(self, x: float, y: float) -> None:
-        """Everything of it, from where it was drawn [m]."""
+        """Moves the drawing by x, y [m]."""
         self._handle.position = (x, y, 0.0)
 
 
 class SpeedLine:
-    """A line colored by a speed along it; width [m]."""
+    """A polyline colored by speed; width [m]."""
 
     PIECES = 96
 
@@ -115,7 +114,7 @@ class SpeedLine:
         )
 
     def show(self, points: Points, speed: npt.NDArray[np.float64], top: float) -> None:
-        """points (N, 2), speed (N,) [m/s]; the colors end at `top`."""
+        """points (N, 2) [m], speed (N,) [m/s]; top: upper end of the color scale [m/s]."""
         seen = len(points) >= 2 and len(points) == len(speed)
         if seen:
             self._handle.points = self._sheet.placed(chain(resampled(points, self.PIECES + 1), self._height))
@@ -125,29 +124,29 @@ class SpeedLine:
 
 
 class Solid:
-    """A mesh that keeps its shape."""
+    """A rigid mesh."""
 
     def __init__(self, sheet: Sheet, name: str, mesh: Mesh, color: Color, visible: bool = True) -> None:
         self._sheet, self._vertices = sheet, mesh[0]
         self._handle = _mesh(sheet.api, name, mesh[0], mesh[1], color, None, visible)
 
     def show(self, x: float = 0.0, y: float = 0.0, z: float = 0.0, yaw: float = 0.0) -> None:
-        """There [m], turned by `yaw` [rad]."""
+        """Shows the mesh at x, y, z [m], rotated by `yaw` [rad]."""
         there = placed((x, y, yaw), self._vertices) + np.array([0.0, 0.0, z], np.float32)
         self._handle.vertices = self._sheet.placed(there)
         self._handle.visible = True
 
     def hide(self) -> None:
-        """Nowhere."""
+        """Hides the mesh."""
         self._handle.visible = False
 
     def remove(self) -> None:
-        """For good."""
+        """Removes the mesh."""
         self._handle.remove()
 
 
 class Fan:
-    """A half-transparent area between a point and a rim around it."""
+    """A translucent area between a point and a rim around it."""
 
     RIM = 181
 
@@ -165,7 +164,7 @@ class Fan:
 
 
 def speed_colors(speed: npt.NDArray[np.float64], top: float) -> npt.NDArray[np.uint8]:
-    """(N, 3) red, green, blue of speeds (N,) from 0 to `top` [m/s]."""
+    """(N, 3) RGB colors of speeds (N,), from 0 to `top` [m/s]."""
     table = _speed_table()
     share = np.clip(np.nan_to_num(speed) / max(top, 1e-6), 0.0, 1.0)
     return table[np.rint((len(table) - 1) * share).astype(int)]
@@ -179,7 +178,7 @@ def _speed_table() -> npt.NDArray[np.uint8]:
 
 
 def _linear(colors: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
-    """As viser's lines take colors by point: light, where everything else takes what a screen is sent."""
+    """Converts sRGB to linear RGB: viser expects linear colors for line vertices, but sRGB elsewhere."""
     return np.rint(255.0 * (colors / 255.0) ** 2.2).astype(np.uint8)
 
 

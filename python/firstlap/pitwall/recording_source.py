@@ -1,4 +1,4 @@
-"""A recording as a source of frames: played, wound, and planned anew when a parameter changes."""
+"""A recording as a source of frames: plays, seeks, and recomputes the step when a parameter changes."""
 
 from __future__ import annotations
 
@@ -21,28 +21,28 @@ from firstlap.drivers.driving import Driving
 from firstlap.evaluation.replay.replay import prepared
 from firstlap.pitwall.conditions import checked_pace
 from firstlap.pitwall.frame import DrivenLap, Frame, Pose, Scenery
-from firstlap.pitwall.holding import Holding
 from firstlap.pitwall.lap_setup import changed_from
 from firstlap.pitwall.laps import LapBook
 from firstlap.pitwall.sim_source import scenery_of
+from firstlap.pitwall.source_state import SourceState
 from firstlap.recordings.laser import car_of
 from firstlap.recordings.recording import Recording
 from firstlap.tracks.track import Track
 
 MEMORY = 2.0
-"""[s] that are driven before a scan is shown after a jump, so that the driver remembers what it would."""
-MOST_SCANS = 100
-"""But no more scans than these."""
-SHOWN_EVERY = 0.02
-"""[s] between two frames while it plays, at least."""
+"""[s] Replayed before a scan after a jump, to restore the driver's memory."""
+MAX_SCANS = 100
+"""Maximum number of scans replayed for that."""
+MIN_FRAME_PERIOD = 0.02
+"""[s] Minimum period of frames while playing."""
 LONGEST_WAIT = 1.0
-"""[s] that a gap in the recording is waited for."""
-LATE = 0.1
-"""[s] behind the recording's clock, after which the lost time is given up."""
+"""[s] Longer gaps of the recording are shortened to this."""
+MAX_LAG = 0.1
+"""[s] Lag behind the recording's clock after which the lost time is skipped."""
 
 
 class Planner:
-    """One setup on a recording. trace, step_us: of the scan `at`."""
+    """Runs one setup on a recording. trace, step_us: of the scan `at`."""
 
     def __init__(self, recording: Recording, setup: Setup, car: Car) -> None:
         """Raises InputError."""
@@ -54,12 +54,12 @@ class Planner:
         self._known = False
 
     def take(self, setup: Setup) -> None:
-        """Another setup of the same driver; its memory is to be made anew. Raises InputError."""
+        """Changes to another setup of the same driver; its memory is recomputed. Raises InputError."""
         self.driving.take(setup)
         self._known = False
 
     def show(self, scan: int) -> None:
-        """Drives to that scan: from the one before it, or from a while before it."""
+        """Steps to the scan: from the previous one, or after replaying the scans before it."""
         if self._known and self.at == scan:
             return
         if not self._known or self.at != scan - 1:
@@ -68,7 +68,7 @@ class Planner:
         self.at, self._known = scan, True
 
     def traced(self) -> Mapping[str, Any]:
-        """What the last step saw and thought."""
+        """Updates and returns the trace of the last step."""
         self.trace = self.driving.handle.trace
         return self.trace
 
@@ -97,13 +97,13 @@ class Planner:
 
 
 def begin_of_memory(recording: Recording, scan: int) -> int:
-    """The first scan that is driven so that `scan` can be shown."""
-    return max(scan - MOST_SCANS, int(np.searchsorted(recording.stamps, recording.stamps[scan] - MEMORY)))
+    """The first scan to replay for showing `scan`."""
+    return max(scan - MAX_SCANS, int(np.searchsorted(recording.stamps, recording.stamps[scan] - MEMORY)))
 
 
-class RecordingSource(Holding):
-    """A `Source` that `Plays`. setup: as a person chose it; what the recording says of its car is added. track: of its
-    map, where that is known. Raises InputError."""
+class RecordingSource(SourceState):
+    """A `Source` that `Plays`. setup: as given; values of the car from the recording are added. track: of the
+    recording's map, if known. Raises InputError."""
 
     def __init__(
         self,
@@ -116,7 +116,7 @@ class RecordingSource(Holding):
         pace: float = 1.0,
     ) -> None:
         if not len(recording):
-            raise InputError(f"{recording.name}: has no scan to show")
+            raise InputError(f"{recording.name}: has no scans")
         self.recording, self.car, self.track = recording, car_of(recording, car), track
         self.title = recording.name
         self.scans = len(recording)
@@ -133,13 +133,15 @@ class RecordingSource(Holding):
         self._due = 0.0
         self._shown = -math.inf
         self._framed_scan = -1
-        self._said = ""
+        self._message = ""
         self._thread: threading.Thread | None = None
 
     def _prepared(self, setup: Setup) -> Setup:
         kind = driver_kind(setup.driver)
         if kind.needs_map:
-            raise InputError(f"driver {kind.name}: needs a map of the track before it drives; a recording has none")
+            raise InputError(
+                f"driver {kind.name}: needs a map of the track before it drives, which a recording does not have"
+            )
         setup, _, _ = prepared(self.recording, setup, self._mask_body)
         return self._checked(setup)
 
@@ -147,10 +149,10 @@ class RecordingSource(Holding):
         setup.validate(f"{setup.title} on car {self.car.name}", self.car.core)
         return setup
 
-    # A source.
+    # Source.
 
     def start(self) -> None:
-        """It plays, in a thread."""
+        """Starts playing, in a thread."""
         with self._changed:
             if self._thread is None and not self._closed:
                 self._thread = threading.Thread(target=self._run, name="recording", daemon=True)
@@ -167,33 +169,33 @@ class RecordingSource(Holding):
             self._thread.join()
 
     def change(self, values: Mapping[str, Value]) -> None:
-        """Parameters by section.name: the scan that is shown is planned anew."""
+        """Changes parameters by section.name; the shown scan is recomputed."""
         with self._changed:
             self._setup = self._checked(changed_from(self._setup.with_values(values), self._loaded))
             self._stale = True
             self._changed.notify()
 
     def choose(self, setup: Setup) -> None:
-        """Another setup, maybe of another driver."""
+        """Loads another setup, possibly of another driver."""
         with self._changed:
             self._setup = self._loaded = self._prepared(setup)
             self._stale = True
             self._changed.notify()
 
-    # It plays.
+    # Plays.
 
     @property
     def scan(self) -> int:
-        """The one that is shown, or is about to be, from 0."""
+        """The number of the current scan, from 0."""
         return self._wanted
 
     @property
     def playing(self) -> bool:
-        """Whether it runs by itself."""
+        """Whether it is playing."""
         return self._playing
 
     def play(self) -> None:
-        """Runs on; from the start, where it stood at its end."""
+        """Plays; from the start if it is at the end."""
         with self._changed:
             if self._wanted == self.scans - 1:
                 self._wanted = 0
@@ -202,13 +204,13 @@ class RecordingSource(Holding):
             self._changed.notify()
 
     def pause(self) -> None:
-        """Stands."""
+        """Pauses."""
         with self._changed:
             self._playing = False
             self._changed.notify()
 
     def seek(self, scan: int) -> None:
-        """To that scan, kept within what there is."""
+        """Jumps to a scan, clamped to the valid range."""
         with self._changed:
             self._wanted = min(max(int(scan), 0), self.scans - 1)
             self._due = monotonic()
@@ -216,11 +218,11 @@ class RecordingSource(Holding):
 
     @property
     def pace(self) -> float:
-        """Times real time."""
+        """Playback speed, as a multiple of real time."""
         return self._pace
 
     def set_pace(self, pace: float) -> None:
-        """Times real time. Raises InputError."""
+        """Sets the playback speed, as a multiple of real time. Raises InputError."""
         with self._changed:
             self._pace = checked_pace(pace, "pace")
             self._due = monotonic()
@@ -247,17 +249,17 @@ class RecordingSource(Holding):
                 self._failed(scan, error)
 
     def _failed(self, scan: int, error: Exception) -> None:
-        """A scan that cannot be shown is said, and the others can still be looked at."""
+        """Reports that a scan cannot be shown; other scans still can."""
         with self._changed:
             self._playing = False
         self._scan = self._framed_scan = scan
         self._number += 1
-        said = f"scan {scan} cannot be shown: {type(error).__name__}: {' '.join(str(error).split())[:200]}"
+        message = f"scan {scan} cannot be shown: {type(error).__name__}: {' '.join(str(error).split())[:200]}"
         time = float(self.recording.stamps[scan])
-        self._frame = Frame(self._number, time, None, 0.0, 0.0, 0.0, "", {}, 0.0, said=said)
+        self._frame = Frame(self._number, time, None, 0.0, 0.0, 0.0, "", {}, 0.0, message=message)
 
     def _advance(self) -> float | None:
-        """Wants the next scan when its time has come, else says how long that is."""
+        """Advances to the next scan if it is due; else returns the time [s] until then, None while paused."""
         if not self._playing:
             return None
         if self._wanted == self.scans - 1:
@@ -267,7 +269,7 @@ class RecordingSource(Holding):
         waiting = self._due - now
         if waiting > 0.0 or self._number == 0:
             return max(waiting, 0.0)
-        if waiting < -LATE:
+        if waiting < -MAX_LAG:
             self._due = now
         self._wanted += 1
         if self._wanted < self.scans - 1:
@@ -283,13 +285,13 @@ class RecordingSource(Holding):
             self._before.show(scan)
         self._scan = scan
         now = monotonic()
-        if playing and not stale and now - self._shown < SHOWN_EVERY:
+        if playing and not stale and now - self._shown < MIN_FRAME_PERIOD:
             return
         self._shown, self._framed_scan = now, scan
         self._frame = self._framed(scan)
 
     def _take(self, setup: Setup, loaded: Setup) -> None:
-        """Both setups, where they differ."""
+        """Updates the planners of the current and, if it differs, the loaded setup."""
         self._planner = self._taken(self._planner, setup)
         if setup.driver != loaded.driver or setup.values() == loaded.values():
             self._before = None
@@ -297,20 +299,20 @@ class RecordingSource(Holding):
             self._before = Planner(self.recording, loaded, self.car)
 
     def _taken(self, planner: Planner, setup: Setup) -> Planner:
-        self._said = ""
+        self._message = ""
         try:
             if planner.driving.setup.driver != setup.driver:
                 return Planner(self.recording, setup, self.car)
             planner.take(setup)
         except InputError as error:
-            self._said = str(error)
+            self._message = str(error)
         return planner
 
     def _framed(self, scan: int) -> Frame:
         recording, planner = self.recording, self._planner
         self._number += 1
         pose = self._pose(scan)
-        way, offset = self._place(pose)
+        distance, offset = self._place(pose)
         speed, yaw_rate, steering_angle = recording.states[scan].tolist()
         return Frame(
             number=self._number,
@@ -322,11 +324,11 @@ class RecordingSource(Holding):
             driver=planner.driving.kind.name,
             trace=planner.traced(),
             step_us=planner.step_us,
-            way=way,
+            distance=distance,
             offset=offset,
             laps=self._laps_until(scan),
             before=None if self._before is None else self._before.traced(),
-            said=self._said,
+            message=self._message,
         )
 
     def _pose(self, scan: int) -> Pose | None:
@@ -336,7 +338,7 @@ class RecordingSource(Holding):
         return (x, y, yaw) if math.isfinite(x + y + yaw) else None
 
     def _place(self, pose: Pose | None) -> tuple[float | None, float | None]:
-        """Along and left of the map's centerline."""
+        """Position along and left of the map's centerline [m]."""
         if pose is None or self.track is None:
             return None, None
         line = self.track.centerline
@@ -351,7 +353,7 @@ class RecordingSource(Holding):
 
 
 def laps_of(recording: Recording) -> list[tuple[int, DrivenLap]]:
-    """Complete laps, each with the first scan after it; none without poses."""
+    """Complete laps, each with the number of the first scan after it; empty without poses."""
     book, found, count = LapBook(), list[tuple[int, DrivenLap]](), 0
     book.lap_setup.by(recording.about.setup if recording.about else None)
     for scan, pose in enumerate(() if recording.poses is None else recording.poses.tolist()):
@@ -364,13 +366,13 @@ def laps_of(recording: Recording) -> list[tuple[int, DrivenLap]]:
 
 
 def track_under(recording: Recording, map_path: str | Path) -> Track:
-    """The track of a map that the recording's poses lie on. Raises InputError."""
+    """The track of the map in which the recording has poses. Raises InputError."""
     from firstlap.evaluation.perception.ground_truth import GroundTruth
     from firstlap.evaluation.perception.map_comparison import check_on_map
     from firstlap.tracks.library import load_track
 
     if recording.poses is None:
-        raise InputError(f"--map: {recording.name} has no poses, and without them no place on a map")
+        raise InputError(f"--map: {recording.name} has no poses, so it cannot be placed on a map")
     track = load_track(str(map_path))
     check_on_map(recording, GroundTruth.of(track), recording.poses, map_path)
     return track

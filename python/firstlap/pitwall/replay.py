@@ -1,7 +1,7 @@
-"""What a browser that comes late is told: what there is now, without a walk over all that ever was.
+"""Replays the current state to a browser that connects late, without iterating over all old messages.
 
-viser numbers every message that it ever sent, keeps those that still count, and leads each new browser through all
-numbers from the first one on, on the thread that also hears the emergency stop: after ten hours, for seconds.
+viser numbers every message that it ever sent and keeps the current ones. For each new browser it iterates over all
+numbers from the first one on, in the thread that also receives the emergency stop: after ten hours, that takes seconds.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ from typing import Any
 import viser
 
 
-def skip_what_is_gone(server: viser.ViserServer) -> None:
-    """From now on who joins is led through the messages that are still there, and then through all new ones."""
+def skip_obsolete_messages(server: viser.ViserServer) -> None:
+    """New browsers get the messages that are still kept, and then all new ones."""
     buffer = server._websock_server._broadcast_buffer
     walk = type(buffer).window_generator
 
@@ -23,7 +23,7 @@ def skip_what_is_gone(server: viser.ViserServer) -> None:
 
 
 class _Renumbered:
-    """A buffer as one browser sees it: what is there when it comes has the numbers from 0 on, all else follows."""
+    """A view of the buffer for one browser: kept messages are renumbered from 0, new ones follow."""
 
     def __init__(self, buffer: Any) -> None:
         self._buffer = buffer
@@ -41,32 +41,32 @@ class _Renumbered:
 
     @property
     def message_counter(self) -> int:
-        """How many this browser is led through so far."""
+        """Number of messages for this browser so far."""
         return len(self._kept) + int(self._buffer.message_counter) - self._first_new
 
-    def theirs(self, number: int) -> int:
-        """The buffer's number of a message."""
+    def buffer_number(self, number: int) -> int:
+        """Converts a number of this view to the buffer's."""
         if number < 0:
             return -1
         return self._kept[number] if number < len(self._kept) else self._first_new + number - len(self._kept)
 
 
 class _Messages:
-    def __init__(self, seen: _Renumbered) -> None:
-        self._seen = seen
+    def __init__(self, view: _Renumbered) -> None:
+        self._view = view
 
     def get(self, number: int, default: Any = None) -> Any:
-        return self._seen._buffer.message_from_id.get(self._seen.theirs(number), default)
+        return self._view._buffer.message_from_id.get(self._view.buffer_number(number), default)
 
 
 class _Cursors:
-    """How far the browser is, told in the buffer's numbers: nothing is forgotten before it was taken."""
+    """The browser's position in the buffer's numbers, so that no message is dropped before it was sent."""
 
-    def __init__(self, seen: _Renumbered) -> None:
-        self._seen = seen
+    def __init__(self, view: _Renumbered) -> None:
+        self._view = view
 
     def __setitem__(self, client_id: int, number: int) -> None:
-        self._seen._buffer.generator_cursors[client_id] = self._seen.theirs(number)
+        self._view._buffer.generator_cursors[client_id] = self._view.buffer_number(number)
 
     def pop(self, client_id: int, default: Any = None) -> Any:
-        return self._seen._buffer.generator_cursors.pop(client_id, default)
+        return self._view._buffer.generator_cursors.pop(client_id, default)

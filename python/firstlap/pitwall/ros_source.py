@@ -1,4 +1,4 @@
-"""A car, or a simulator's car, over ROS 2: its driving node's own trace, and without one what its sensors say."""
+"""A real or simulated car over ROS 2: the trace of its driving node, or only its sensors without one."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from firstlap.config.setup_file import Setup, choose_setup
 from firstlap.perception.frames import mount_of
 from firstlap.perception.scan import Mount, laser_of, ray_ends, set_laser
 from firstlap.pitwall.frame import Frame, Scenery
-from firstlap.pitwall.holding import Holding
 from firstlap.pitwall.lap_setup import changed_from
 from firstlap.pitwall.places import Places, clearance, points_of
+from firstlap.pitwall.source_state import SourceState
 from firstlap.recordings.trace_tables import TABLE_NAMES
 from firstlap.ros import require_ros
 from firstlap.ros.car_link import CarLink
@@ -34,20 +34,20 @@ NODE = "firstlap_drive"
 MAP_TOPIC = "/map"
 TRUTH_TOPIC = "ground_truth/odom"
 LOST = 0.5
-"""[s] without a trace from which that is said, and the bare scan shown."""
-LOOK = 0.1
-"""[s] between two looks at whether everybody is still there."""
+"""[s] Without a trace for this time, a message and the plain scan are shown."""
+CHECK_PERIOD = 0.1
+"""[s] Period of the connection check."""
 FIRST = 5.0
-"""[s]"""
+"""[s] Default time for which `start` waits for the driving node."""
 MAP_LASTS, MAP_LONGEST = 2.0, 16.0
-"""[s] that `start`, and the first try, waits for what somebody publishes of the map; each further one twice as long."""
+"""[s] Initial and maximum time to wait for the map before subscribing again; doubled each time."""
 
 
-class RosSource(Holding):
-    """A `Source` that `Drives`. arguments: for ROS, as `ros_arguments` makes them. node: of the driver.
-    patience: [s] that `start` waits for that node to say what it drives with.
+class RosSource(SourceState):
+    """A `Source` that `Drives`. arguments: for ROS, from `ros_arguments`. node: name of the driving node. patience: [s]
+    for which `start` waits for that node's setup.
 
-    `close` leaves the car as it is: it is not ours. One that was stopped here stays stopped.
+    `close` leaves the car in its state: a car that was stopped here stays stopped.
     """
 
     def __init__(
@@ -65,7 +65,7 @@ class RosSource(Holding):
         self._walls: tuple[Any, ...] = ()
         self._of_map: list[Any] = []
         self._map_asked, self._map_tries = -math.inf, 0
-        self._born, self._was_there, self._stale, self._asked = "", False, True, -math.inf
+        self._born, self._was_available, self._stale, self._asked = "", False, True, -math.inf
         self._trace_at = self._scan_at = self._began = -math.inf
         self._bad_trace = ""
         self._steps = TraceReader()
@@ -76,22 +76,22 @@ class RosSource(Holding):
     # Source.
 
     def start(self) -> None:
-        """Joins, and waits a moment for the driving node. Raises InputError where ROS 2 is not there."""
+        """Connects, and waits briefly for the driving node. Raises InputError without ROS 2."""
         require_ros()
         self._began = time.monotonic()
-        self._link.start(self._build, self._look, LOOK)
+        self._link.start(self._build, self._check, CHECK_PERIOD)
         self.title = f"{self._link.path} over ROS 2"
         self._known.wait(self._patience)
         until = time.monotonic() + min(self._patience, MAP_LASTS)
         while self._link.published(MAP_TOPIC) and not self.scenery.walls and time.monotonic() < until:
-            time.sleep(0.5 * LOOK)
+            time.sleep(0.5 * CHECK_PERIOD)
 
     def close(self) -> None:
-        """Leaves."""
+        """Disconnects."""
         self._link.close()
 
     def change(self, values: Mapping[str, Value]) -> None:
-        """In the node: all are taken, or InputError with its reason."""
+        """Changes parameters of the node, all or none. Raises InputError with the node's reason."""
         with self._changing:
             fields = self._setup.fields
             asked = {fields.find(name, "setup"): value for name, value in values.items()}
@@ -99,39 +99,39 @@ class RosSource(Holding):
             self._taken(asked)
 
     def choose(self, setup: Setup) -> None:
-        """All its parameters, in the node. Raises InputError where it is of another driver than the node's."""
+        """Sets all parameters of the node. Raises InputError for a setup of another driver."""
         if setup.driver != self._setup.driver:
             raise InputError(
-                f"{self._link.path} drives with {self._setup.driver}: restart it with "
+                f"{self._link.path} runs the driver {self._setup.driver}: restart it with "
                 f"`firstlap drive --driver {setup.driver} --setup {setup.source or setup.name}`"
             )
         self.change({field.key: setup.get(field.key) for field in setup.fields.fields})
         self._setup = self._loaded = setup
 
     def _taken(self, values: Mapping[Field, Value]) -> None:
-        """The node has them now."""
+        """Records values that the node has accepted."""
         new = {(field.section, field.name): value for field, value in values.items()}
         before = self._setup
         changed = replace(before, given={**before.given, **new}, changed={**before.changed, **new})
         self._setup = changed_from(changed, self._loaded)
-        self._see_car()
+        self._update_car()
 
     # Drives.
 
     def stop(self) -> None:
-        """The emergency stop, held until `go`; and ~/stop."""
+        """Presses the emergency stop until `go`, and calls ~/stop."""
         try:
             self._link.stop()
         except Exception as error:
-            # It never raises: somebody pressed it and must not be left with a traceback.
-            self._link.say(f"the emergency stop failed: {error}")
+            # Must not raise: whoever presses the stop must get a message, not a traceback.
+            self._link.report(f"the emergency stop failed: {error}")
 
     def go(self) -> None:
-        """Releases the emergency stop and lets the node drive, also one that waits since it was started. Raises
-        InputError with its reason."""
+        """Releases the emergency stop and lets the node drive, also one that was just started. Raises InputError with
+        the node's reason."""
         self._link.go()
 
-    # What is heard, in the link's thread.
+    # Callbacks, in the thread of the link.
 
     def _build(self) -> None:
         from rcl_interfaces.msg import ParameterEvent
@@ -139,18 +139,18 @@ class RosSource(Holding):
 
         from firstlap.ros.qos import LATCHED
 
-        hear = self._link.node.create_subscription
-        self._hear_trace()
-        hear(TFMessage, "/tf_static", self._places.frames.hear, LATCHED)
-        hear(TFMessage, "/tf", self._places.frames.hear, 100)
-        hear(ParameterEvent, "/parameter_events", self._on_parameters, 100)
-        self._hear_map()
-        self._listen(self._link.value("scan_topic"), self._link.value("odom_topic"))
+        subscribe = self._link.node.create_subscription
+        self._subscribe_trace()
+        subscribe(TFMessage, "/tf_static", self._places.frames.add, LATCHED)
+        subscribe(TFMessage, "/tf", self._places.frames.add, 100)
+        subscribe(ParameterEvent, "/parameter_events", self._on_parameters, 100)
+        self._subscribe_map()
+        self._subscribe_sensors(self._link.value("scan_topic"), self._link.value("odom_topic"))
         self._base = self._link.value("base_frame")
         self._from_tf = bool(self._link.value("laser_from_tf"))
 
-    def _hear_trace(self) -> None:
-        """The status of each step, and every table that some driver has."""
+    def _subscribe_trace(self) -> None:
+        """Subscribes to the status of each step and to the tables of all drivers."""
         from diagnostic_msgs.msg import DiagnosticArray
         from sensor_msgs.msg import PointCloud2
 
@@ -159,10 +159,10 @@ class RosSource(Holding):
         kinds = {STATUS: DiagnosticArray, **dict.fromkeys(TABLE_NAMES, PointCloud2)}
         for name, kind in kinds.items():
             topic = f"{self._link.path}/{TRACE}/{name}"
-            self._link.node.create_subscription(kind, topic, partial(self.hear_trace, name), RECENT)
+            self._link.node.create_subscription(kind, topic, partial(self.on_trace, name), RECENT)
 
-    def _hear_map(self) -> None:
-        """The map, and where the car is in it."""
+    def _subscribe_map(self) -> None:
+        """Subscribes to the map and to the pose in it."""
         from nav_msgs.msg import OccupancyGrid, Odometry
         from rclpy.qos import DurabilityPolicy, QoSProfile
 
@@ -173,13 +173,14 @@ class RosSource(Holding):
             node.destroy_subscription(one)
         self._of_map = [
             node.create_subscription(OccupancyGrid, MAP_TOPIC, self._on_map, latched),
-            node.create_subscription(Odometry, TRUTH_TOPIC, self._places.hear_truth, NEWEST),
+            node.create_subscription(Odometry, TRUTH_TOPIC, self._places.on_ground_truth, NEWEST),
         ]
         self._map_asked = time.monotonic()
         self._map_tries += 1
 
     def _lacks_map(self) -> bool:
-        """Somebody publishes what has not come: DDS loses a match now and then where processes were killed."""
+        """Whether to subscribe again: a publisher exists but nothing arrived. DDS sometimes loses a match when
+        processes were killed."""
         deaf = self._link.published(MAP_TOPIC) and not self._walls
         lost = self._link.published(TRUTH_TOPIC) and not self._places.in_map
         return deaf or lost
@@ -188,8 +189,8 @@ class RosSource(Holding):
         patience = min(MAP_LASTS * 2.0 ** max(self._map_tries - 1, 0), MAP_LONGEST)
         return time.monotonic() - self._map_asked > patience
 
-    def _listen(self, scan: str, odom: str) -> None:
-        """To the sensors, wherever they are now."""
+    def _subscribe_sensors(self, scan: str, odom: str) -> None:
+        """Subscribes to the sensors' current topics."""
         from nav_msgs.msg import Odometry
         from sensor_msgs.msg import LaserScan
 
@@ -197,7 +198,7 @@ class RosSource(Holding):
 
         for role, topic, kind, action in (
             ("scan", scan, LaserScan, self._on_scan),
-            ("odom", odom, Odometry, self._places.hear_odometry),
+            ("odom", odom, Odometry, self._places.on_odometry),
         ):
             before = self._topics.get(role)
             if before and before[0] == topic:
@@ -206,60 +207,62 @@ class RosSource(Holding):
                 self._link.node.destroy_subscription(before[1])
             self._topics[role] = (topic, self._link.node.create_subscription(kind, topic, action, NEWEST))
 
-    def hear_trace(self, name: str, message: Any) -> None:
-        """A part of a step, of the topic `name` under ~/trace. Never raises."""
+    def on_trace(self, name: str, message: Any) -> None:
+        """Takes a message of the topic `name` under ~/trace. Never raises."""
         try:
-            step = self._steps.hear(name, message)
+            step = self._steps.add(name, message)
         except ValueError as error:
-            self._bad_trace = f"its trace cannot be read: {error}"
+            self._bad_trace = f"the trace cannot be read: {error}"
             return
         if step is None:
             return
-        told, trace = step
+        header, trace = step
         self._trace_at, self._bad_trace = time.monotonic(), ""
-        if told.born != self._born:
-            self._born, self._stale, self._asked = told.born, True, -math.inf
-        self._show_trace(told, trace)
+        if header.born != self._born:
+            self._born, self._stale, self._asked = header.born, True, -math.inf
+        self._show_trace(header, trace)
 
-    def _show_trace(self, told: TraceHeader, trace: dict[str, Any]) -> None:
+    def _show_trace(self, header: TraceHeader, trace: dict[str, Any]) -> None:
         places = self._places
-        shown = trace or self._fresh_scan()
+        shown = trace or self._recent_scan()
         near = clearance(points_of(shown, self._laser()), self.car)
-        if near is not None and told.going:
+        if near is not None and header.going:
             places.book.near(near)
         places.book.lap_setup.by(None if self._stale else self._setup)
         frame = Frame(
-            self._next(), told.time, places.at(told.time), told.speed, told.yaw_rate, told.steering_angle,
-            told.driver if trace else "", shown, told.step_us, clearance=places.book.clearance, laps=places.book.laps,
-            going=told.going, said=self._with_trouble(told.said), sent=(told.sent_speed, told.sent_angle),
+            self._next(), header.time, places.at(header.time), header.speed, header.yaw_rate, header.steering_angle,
+                        header.driver if trace else "", shown, header.step_us, clearance=places.book.clearance,
+            laps=places.book.laps, may_drive=header.going, message=self._with_problems(header.said),
+            sent=(header.sent_speed, header.sent_angle),
         )  # fmt: skip
         self._frame = frame
 
     def _show_without(self, why: str) -> None:
-        """No trace comes: the newest scan, if there is one."""
+        """Shows the newest scan, if any, while there is no trace."""
         places, before = self._places, self._frame
-        scan = self._fresh_scan()
+        scan = self._recent_scan()
         stamp, pose = places.newest()
         self._frame = Frame(
             self._next(), stamp, pose, places.speed, places.yaw_rate, before.steering_angle if before else 0.0,
             "", scan, 0.0, clearance=places.book.clearance, laps=places.book.laps,
-            going=before.going if before else False, said=self._with_trouble(why if scan else f"{why}; no scan"),
+            may_drive=before.may_drive if before else False,
+            message=self._with_problems(why if scan else f"{why}; no scan"),
         )  # fmt: skip
 
-    def _fresh_scan(self) -> dict[str, Any]:
+    def _recent_scan(self) -> dict[str, Any]:
         return self._scan if time.monotonic() - self._scan_at < LOST else {}
 
     def _next(self) -> int:
         self._number += 1
         return self._number
 
-    def _with_trouble(self, said: str) -> str:
+    def _with_problems(self, message: str) -> str:
         link = self._link
-        unheard = "the emergency stop reaches nobody" if link.pressed and link.heard_by_nobody() else ""
-        return "; ".join(one for one in (said, unheard, self._bad_trace, link.trouble) if one)
+        unheard = "nobody receives the emergency stop" if link.pressed and link.is_unheard() else ""
+        return "; ".join(one for one in (message, unheard, self._bad_trace, link.problem) if one)
 
     def _on_scan(self, message: Any) -> None:
-        """Kept for when the driver shows nothing."""
+        """Keeps the scan, in case the driver publishes no trace."""
         scan, judgment = judged(message, self._mounted(message.header.frame_id), 0.0)
         if judgment.reason:
             return
@@ -271,7 +274,7 @@ class RosSource(Holding):
             self._show_without(self._why())
 
     def _mounted(self, frame: str) -> Mount:
-        """As TF says; where it does not, straight ahead."""
+        """The mounting from TF; without TF, facing forward."""
         place = self._places.frames.find(self._base, frame) if self._from_tf else None
         try:
             if place is not None:
@@ -279,7 +282,7 @@ class RosSource(Holding):
                 set_laser(self.car.core, mount.x, mount.y)
                 return mount
         except ValueError:
-            pass  # a laser that leans: the driving node says so, here its scan is shown all the same
+            pass  # a tilted laser: the driving node reports it; the scan is shown anyway
         return Mount(*self._laser(), 0.0, False)
 
     def _laser(self) -> tuple[float, float]:
@@ -291,20 +294,20 @@ class RosSource(Holding):
         try:
             self._walls = walls_of(message)
         except ValueError as error:
-            self._link.say(str(error))
+            self._link.report(str(error))
 
-    # Who is there.
+    # The driving node.
 
-    def _look(self) -> None:
+    def _check(self) -> None:
         if not self._lacks_map():
             self._map_tries = 0
         elif self._map_is_due():
-            self._hear_map()
-        there = self._link.there()
-        self._stale = self._stale or (there and not self._was_there)
-        if there and self._stale:
+            self._subscribe_map()
+        available = self._link.is_available()
+        self._stale = self._stale or (available and not self._was_available)
+        if available and self._stale:
             self._fetch()
-        self._was_there = there
+        self._was_available = available
         walls = self._walls if self._places.in_map else ()
         if walls is not self.scenery.walls and (walls or self.scenery.walls):
             self.scenery = Scenery(walls, (True,) * len(walls))
@@ -313,28 +316,28 @@ class RosSource(Holding):
             self._show_without(self._why())
 
     def _why(self) -> str:
-        """No trace comes."""
+        """Why no trace is shown."""
         silent = time.monotonic() - max(self._trace_at, self._began)
-        gone = "" if self._was_there else f": no driving node {self._link.path}"
+        gone = "" if self._was_available else f": no driving node {self._link.path}"
         return f"no trace for {silent:.1f} s{gone}"
 
     def _fetch(self) -> None:
-        """Asks the node what it drives with; no oftener than once a second."""
+        """Requests the node's driver and setup, at most once a second."""
         now = time.monotonic()
         if now - self._asked >= 1.0:
             self._asked = now
-            self._link.fetch_told(self._on_told)
+            self._link.fetch_identity(self._on_identity)
 
-    def _on_told(self, told: dict[str, Any]) -> None:
-        driver, name = told.get("driving_driver"), told.get("driving_setup")
+    def _on_identity(self, found: dict[str, Any]) -> None:
+        driver, name = found.get("driving_driver"), found.get("driving_setup")
         try:
             fields = driver_kind(str(driver)).fields.fields
         except InputError:
-            self._link.say(f"{self._link.path} is no driving node that is known here")
+            self._link.report(f"{self._link.path} runs a driver that is unknown here")
             return
-        self._listen(told["scan_topic"], told["odom_topic"])
-        self._link.button_at(told["emergency_stop_topic"])
-        self._base, self._from_tf = told["base_frame"], bool(told["laser_from_tf"])
+        self._subscribe_sensors(found["scan_topic"], found["odom_topic"])
+        self._link.set_stop_topic(found["emergency_stop_topic"])
+        self._base, self._from_tf = found["base_frame"], bool(found["laser_from_tf"])
         self._link.fetch(
             [field.key for field in fields], lambda values: self._on_values(str(driver), str(name), values)
         )
@@ -347,12 +350,12 @@ class RosSource(Holding):
             if values.get(field.key) is not None and values[field.key] != field.default
         }
         self._setup = self._loaded = Setup(name, given, self._link.path, driver=driver)
-        self._see_car()
+        self._update_car()
         self._stale = False
         self._known.set()
 
-    def _see_car(self) -> None:
-        """The car that the setup tells of."""
+    def _update_car(self) -> None:
+        """Updates the car from the setup's section `car`."""
         if "car" in self._setup.fields.sections:
             car = load_car("default")
             for field in self._setup.fields.fields:
@@ -361,7 +364,7 @@ class RosSource(Holding):
             self.car = Car(self.title, car.core, self._link.path)
 
     def _on_parameters(self, event: Any) -> None:
-        """Somebody else turned a knob of the node."""
+        """Takes parameters of the node that someone else changed."""
         from rclpy.parameter import parameter_value_to_python
 
         if event.node != self._link.path or not self._known.is_set():

@@ -1,4 +1,4 @@
-"""What was found at the pit wall as a setup file."""
+"""Saves the current setup of the pit wall as a setup file."""
 
 from __future__ import annotations
 
@@ -17,27 +17,27 @@ NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,60}")
 
 
 def save_setup(setup: Setup, loaded: Setup, folder: Path, name: str, title: str, replace: bool) -> Path:
-    """Writes folder/NAME.yaml. Raises InputError: a name that is a path or one of ours, a file that is there already.
+    """Writes folder/NAME.yaml. Raises InputError for an invalid or reserved name, or an existing file.
 
-    title: of what it drove. replace: a file that is there is meant to go.
+    title: of the source. replace: overwrite an existing file.
     """
     name = name.strip().removesuffix(SUFFIX)
     if not NAME.fullmatch(name):
         raise InputError(f"save: '{name[:60]}': expected a name of letters, digits, '_', '-' and '.'")
     if name in list_setups():
-        raise InputError(f"save: {name} is one of our own setups; expected another name")
+        raise InputError(f"save: {name} is a built-in setup; choose another name")
     path = folder / (name + SUFFIX)
     if path.exists() and not replace:
-        raise InputError(f"save: {path.name} is there already; tick 'replace' or choose another name")
+        raise InputError(f"save: {path.name} exists already; select 'replace' or choose another name")
     check_writable(path, (SUFFIX,))
-    text = setup_text(setup.driver, _said(setup), _header(setup, loaded, name, title))
+    text = setup_text(setup.driver, _values_to_save(setup), _header(setup, loaded, name, title))
     parse_setup(text, path.name)
     write_text(path, text)
     return path
 
 
-def _said(setup: Setup) -> Values:
-    """What its file and the changes say; everything where that is nothing, since an empty file is no setup."""
+def _values_to_save(setup: Setup) -> Values:
+    """The given values; all values if there are none, since an empty file is not a setup."""
     if setup.given:
         return setup.given
     return {(section, name): value for section, rows in setup.values().items() for name, value in rows.items()}

@@ -1,4 +1,4 @@
-"""The scene: what a car saw and planned, in its place."""
+"""The scene: what a car perceived and planned, at its pose."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from firstlap.pitwall.shapes import NOTHING, chain, column_in
 from firstlap.plots.colors import FAINT, rgb
 
 SLOWEST_TOP = 2.0
-"""[m/s] that the colors of speeds reach at least."""
+"""[m/s] Minimum upper end of the speed color scale."""
 
 
 class Scene:
-    """Draws frames for every viewer at once. What a viewer hides or follows is `Viewpoint`'s."""
+    """Draws frames for all viewers. `Viewpoint` handles what each viewer hides or follows."""
 
     def __init__(self, server: viser.ViserServer, scenery: Scenery, car: Car) -> None:
         api = server.scene
@@ -33,7 +33,7 @@ class Scene:
         self._server = server
         self._geometry = geometry
         self.top = SLOWEST_TOP
-        """[m/s] where the colors of planned speeds end: a whole number that grows with what is planned."""
+        """[m/s] Upper end of the speed color scale: an integer that grows with the planned speeds."""
         api.add_frame(MAP, show_axes=False)
         for layer in LAYERS:
             api.add_frame(layer.node, show_axes=False)
@@ -51,17 +51,17 @@ class Scene:
 
     @property
     def pose(self) -> Pose:
-        """Of the car in what is shown: the origin where nobody knows it."""
+        """Pose of the car in the scene; the origin if unknown."""
         return self._sheet.pose
 
     def surround(self, scenery: Scenery) -> None:
-        """What stands still is this instead of what was there."""
+        """Replaces the static surroundings."""
         with self._server.atomic():
             self._ground.surround(scenery)
             self._walls.surround(scenery)
 
     def show(self, frame: Frame) -> None:
-        """This frame instead of the one before."""
+        """Shows a frame."""
         with self._server.atomic():
             self._sheet.pose = frame.pose or (0.0, 0.0, 0.0)
             self.top = max(self.top, _top_of(frame))
@@ -73,7 +73,7 @@ class Scene:
             self._before.show(chain(self._path_before(frame), 0.03))
 
     def _path_before(self, frame: Frame) -> Points:
-        """(N, 2) Where the loaded setup would go."""
+        """(N, 2) path of the loaded setup."""
         if frame.before is None:
             return NOTHING
         if frame.driver == "local":
@@ -82,14 +82,14 @@ class Scene:
 
 
 def _light(api: viser.SceneApi) -> None:
-    """The same from everywhere: colors stay what they are, and no shadow has to be computed."""
+    """Uniform ambient light: colors are unchanged, and no shadows are rendered."""
     api.configure_default_lights(enabled=False, cast_shadow=False)
     api.configure_environment_map(None)
     api.add_light_ambient("/light", color=(255, 255, 255), intensity=math.pi)
 
 
 def commanded(frame: Frame) -> tuple[float, float, str]:
-    """Speed [m/s] and wheel angle [rad] that the car is sent, and status; NaN and "" before the first step."""
+    """Speed [m/s] and steering angle [rad] of the command, and status; NaN and "" before the first step."""
     speed, angle, status = frame.trace.get("result") or (math.nan, math.nan, "")
     if frame.sent is not None:
         speed, angle = frame.sent
@@ -97,7 +97,7 @@ def commanded(frame: Frame) -> tuple[float, float, str]:
 
 
 def planned_speeds(frame: Frame) -> np.ndarray:
-    """(N,) [m/s] along the path or plan; empty where the driver has none."""
+    """(N,) speeds [m/s] along the path or plan; empty if the driver has none."""
     along_path = column_in(frame.trace, "path", "velocity")
     return along_path if len(along_path) else column_in(frame.trace, "plan_speed")
 

@@ -1,4 +1,4 @@
-"""Which driver drives with which setup: chosen, and saved."""
+"""Choosing driver and setup, and saving the setup."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from firstlap.pitwall.viewer_session import ViewerSession, assign
 
 
 def drivers(source: Source) -> list[str]:
-    """Those that can be chosen: one that needs a map can have it made of a simulated track only."""
+    """Names of the available drivers; a driver that needs a map is only available in the simulator."""
     return [name for name in DRIVERS if isinstance(source, Simulates) or not driver_kind(name).needs_map]
 
 
 class SetupPanel:
-    """In the container that is open. folder: where setups are saved."""
+    """Built in the current gui container. folder: where setups are saved."""
 
     def __init__(self, session: ViewerSession, source: Source, folder: Path) -> None:
         self._session = session
@@ -33,16 +33,18 @@ class SetupPanel:
         options = names if loaded.driver in names else [loaded.driver, *names]
         self._driver = gui.add_dropdown("driver", options, initial_value=loaded.driver, hint=self._titles(names))
         self._driver.on_update(session.choice("driver", self._choose_driver, self.load))
-        self._setup = gui.add_dropdown("setup", [loaded.name], hint="our own, the loaded one, and those saved here")
+        self._setup = gui.add_dropdown(
+            "setup", [loaded.name], hint="built-in setups, the loaded one, and those saved here"
+        )
         self._setup.on_update(session.choice("setup", self._choose_setup, self.load))
         with gui.add_folder("Save"):
-            self._name = gui.add_text("name", "", hint="of a new setup file, without its .yaml")
-            self._replace = gui.add_checkbox("replace", False, hint="a file of that name that is there already")
+            self._name = gui.add_text("name", "", hint="name of the new setup file, without .yaml")
+            self._replace = gui.add_checkbox("replace", False, hint="overwrite an existing file of that name")
             gui.add_button("Save setup", icon=Icon.DEVICE_FLOPPY).on_click(session.click("save", self._save))
         self.load()
 
     def load(self) -> None:
-        """Shows what is loaded."""
+        """Shows the loaded driver and setup."""
         loaded = self._source.loaded
         options = self._names(loaded)
         if tuple(self._setup.options) != tuple(options):
@@ -66,7 +68,7 @@ class SetupPanel:
 
     def _choose_setup(self, name: str) -> None:
         loaded = self._source.loaded
-        # The one that is loaded may be of a file that is known by its name only.
+        # The loaded setup may be from a file of which only the name is known.
         self._source.choose(loaded if name == loaded.name else load_setup(self._files.get(name, name)))
 
     def _save(self) -> None:
@@ -76,4 +78,4 @@ class SetupPanel:
         self._files[path.stem] = path
         assign(self._replace, "value", False)
         self.load()
-        self._session.tell(f"saved {path.name}", f"race it: firstlap race TRACK --setup {path.name}")
+        self._session.notify(f"saved {path.name}", f"race it: firstlap race TRACK --setup {path.name}")

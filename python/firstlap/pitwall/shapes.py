@@ -12,11 +12,11 @@ import numpy.typing as npt
 from firstlap.pitwall.frame import Points, Pose
 
 Segments = npt.NDArray[np.float32]
-"""(N, 2, 3) [m]: begin and end of each."""
+"""(N, 2, 3) [m]: start and end of each segment."""
 Vertices = npt.NDArray[np.float32]
 """(N, 3) [m]"""
 Faces = npt.NDArray[np.uint32]
-"""(N, 3) indices of vertices, counter-clockwise from above."""
+"""(N, 3) indices of vertices, counterclockwise from above."""
 Mesh = tuple[Vertices, Faces]
 Quaternion = tuple[float, float, float, float]
 
@@ -24,7 +24,7 @@ NOTHING: Points = np.zeros((0, 2))
 
 
 def found_in(trace: Mapping[str, Any], names: tuple[str, ...]) -> npt.NDArray[np.float64]:
-    """What stands under these names of a trace, as numbers; empty where there is nothing or something else."""
+    """The numbers under a path of names in a trace; empty if there are none."""
     found: Any = trace
     for name in names:
         found = found.get(name) if isinstance(found, Mapping) else None
@@ -35,7 +35,7 @@ def found_in(trace: Mapping[str, Any], names: tuple[str, ...]) -> npt.NDArray[np
 
 
 def points_in(trace: Mapping[str, Any], *names: str) -> Points:
-    """(N, 2) under these names of a trace; none where there are none. Never raises."""
+    """(N, 2) points under a path of names in a trace; empty if there are none. Never raises."""
     points = found_in(trace, names)
     if points.ndim != 2 or points.shape[1] < 2:
         return NOTHING
@@ -43,55 +43,55 @@ def points_in(trace: Mapping[str, Any], *names: str) -> Points:
 
 
 def column_in(trace: Mapping[str, Any], *names: str) -> npt.NDArray[np.float64]:
-    """(N,) under these names of a trace; empty where there is none. Never raises."""
+    """(N,) values under a path of names in a trace; empty if there are none. Never raises."""
     values = found_in(trace, names)
     return values if values.ndim == 1 else np.zeros(0)
 
 
 def number_in(trace: Mapping[str, Any], *names: str) -> float:
-    """A number under these names of a trace; NaN where there is none. Never raises."""
+    """The number under a path of names in a trace; NaN if there is none. Never raises."""
     value = found_in(trace, names)
     return float(value) if value.ndim == 0 else math.nan
 
 
 def raised(points: Points, height: float) -> Vertices:
-    """(N, 3): the points at that height."""
+    """(N, 3): the points at a height [m]."""
     return np.column_stack([points, np.full(len(points), height)]).astype(np.float32)
 
 
 def chain(points: Points, height: float) -> Segments:
-    """(N - 1, 2, 3): from each point to the next."""
+    """(N - 1, 2, 3): segments from each point to the next."""
     return joined(points[:-1], points[1:], height)
 
 
 def joined(begin: Points, end: Points, height: float) -> Segments:
-    """(N, 2, 3): from each point of `begin` to its partner in `end`."""
+    """(N, 2, 3): segments from each point of `begin` to the same one of `end`."""
     return np.stack([raised(begin, height), raised(end, height)], axis=1)
 
 
 def dashed(points: Points, height: float, on: float, off: float) -> Segments:
-    """(N, 2, 3): a polyline as dashes, in meters."""
+    """(N, 2, 3): a polyline as dashes of length `on` with gaps `off` [m]."""
     if len(points) < 2:
         return chain(NOTHING, height)
-    way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
-    begin = np.arange(0.0, way[-1], on + off)
+    s = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+    begin = np.arange(0.0, s[-1], on + off)
 
-    def at(s: npt.NDArray[np.float64]) -> Points:
-        return np.column_stack([np.interp(s, way, points[:, 0]), np.interp(s, way, points[:, 1])])
+    def at(query: npt.NDArray[np.float64]) -> Points:
+        return np.column_stack([np.interp(query, s, points[:, 0]), np.interp(query, s, points[:, 1])])
 
-    return joined(at(begin), at(np.minimum(begin + on, way[-1])), height)
+    return joined(at(begin), at(np.minimum(begin + on, s[-1])), height)
 
 
 def resampled(values: npt.NDArray[np.float64], count: int) -> npt.NDArray[np.float64]:
-    """(count, ...) evenly by index, from at least one row."""
+    """(count, ...) rows interpolated evenly by index; needs at least one row."""
     at = np.linspace(0.0, len(values) - 1.0, count)
     columns = values.reshape(len(values), -1)
     rows = np.column_stack([np.interp(at, np.arange(len(values)), column) for column in columns.T])
     return rows.reshape((count, *values.shape[1:]))
 
 
-def filled_up(points: Vertices, step: int) -> Vertices:
-    """The points and copies of the last one, to a multiple of `step`: a browser keeps its buffers then."""
+def padded(points: Vertices, step: int) -> Vertices:
+    """Pads with copies of the last point to a multiple of `step`, so that browsers can reuse their buffers."""
     missing = -len(points) % step
     return np.vstack([points, np.repeat(points[-1:], missing, axis=0)]) if missing else points
 
@@ -102,25 +102,25 @@ def circle(middle: Points, radius: float, height: float) -> Segments:
     return chain(middle + radius * np.column_stack([np.cos(angle), np.sin(angle)]), height)
 
 
-def about_z(yaw: float) -> Quaternion:
-    """w, x, y, z of a turn by `yaw` [rad]."""
+def rotation_about_z(yaw: float) -> Quaternion:
+    """Quaternion w, x, y, z of a rotation by `yaw` [rad] about z."""
     return math.cos(0.5 * yaw), 0.0, 0.0, math.sin(0.5 * yaw)
 
 
 def compose(a: Pose, b: Pose) -> Pose:
-    """b, given in a."""
+    """Composition of two poses: b, given in frame a, in the parent frame of a."""
     c, s = math.cos(a[2]), math.sin(a[2])
     return a[0] + c * b[0] - s * b[1], a[1] + s * b[0] + c * b[1], a[2] + b[2]
 
 
 def inverse(a: Pose) -> Pose:
-    """The origin, given in a."""
+    """The inverse pose: the parent frame's origin in frame a."""
     c, s = math.cos(a[2]), math.sin(a[2])
     return -c * a[0] - s * a[1], s * a[0] - c * a[1], -a[2]
 
 
 def prism(outline: Points, low: float, high: float) -> Mesh:
-    """The body over a convex outline (counter-clockwise)."""
+    """A prism over a convex, counterclockwise outline."""
     n = len(outline)
     vertices = np.vstack([raised(outline, low), raised(outline, high)])
     top = [(n, n + i, n + i + 1) for i in range(1, n - 1)]
@@ -133,14 +133,14 @@ def _wall(i: int, j: int, n: int) -> list[tuple[int, int, int]]:
 
 
 def merged(meshes: list[Mesh]) -> Mesh:
-    """All of them as one."""
+    """One mesh of all."""
     counts = np.cumsum([0, *(len(vertices) for vertices, _ in meshes)])
     faces = [faces + np.uint32(count) for (_, faces), count in zip(meshes, counts[:-1], strict=True)]
     return np.vstack([vertices for vertices, _ in meshes]), np.vstack(faces).astype(np.uint32)
 
 
-def fence(points: Points, height: float) -> Mesh:
-    """A wall of no thickness on a polyline."""
+def wall_mesh(points: Points, height: float) -> Mesh:
+    """A thin wall along a polyline."""
     n = len(points)
     vertices = np.vstack([raised(points, 0.0), raised(points, height)])
     faces = [face for i in range(n - 1) for face in _wall(i, i + 1, n)]
@@ -153,14 +153,14 @@ def disc(radius: float, height: float = 0.0, corners: int = 24) -> Mesh:
 
 
 def ring(radius: float, width: float, corners: int = 32) -> Mesh:
-    """A flat ring around the origin; radius of the middle of its rim."""
+    """A flat ring around the origin; radius: mean of inner and outer."""
     rims = [_circle(radius + side * width, corners) for side in (-0.5, 0.5)]
     faces = [face for i in range(corners) for face in _wall(i, (i + 1) % corners, corners)]
     return raised(np.vstack(rims), 0.0), np.array(faces, dtype=np.uint32)
 
 
 def moved(mesh: Mesh, x: float, y: float) -> Mesh:
-    """It, from where it was."""
+    """The mesh, translated by x, y [m]."""
     return mesh[0] + np.array([x, y, 0.0], np.float32), mesh[1]
 
 

@@ -1,4 +1,4 @@
-"""Laps with their lines, while they are driven."""
+"""Recording of the driven lines of laps."""
 
 from __future__ import annotations
 
@@ -9,40 +9,40 @@ import numpy as np
 from firstlap.pitwall.frame import DrivenLap
 
 KEPT_LINES = 30
-"""So many newest laps keep their lines, and the best one does."""
+"""Number of newest laps that keep their lines; the best lap keeps its line too."""
 LONGEST_LINE = 20_000
-"""Points of a line; a longer one keeps every second of them."""
+"""Maximum number of points of a line; a longer one drops every second point."""
 STEP = 0.01
-"""[m] between two points at least."""
+"""[m] Minimum spacing of points."""
 
 
 class DrivenLine:
-    """The line of the lap that is being driven: a point per scan, none while the car stands."""
+    """The driven line of the current lap: one point per scan, none while the car is stopped."""
 
     def __init__(self) -> None:
         self.points: list[tuple[float, float, float]] = []
 
     def add(self, x: float, y: float, speed: float) -> None:
-        """[m, m/s] in the map frame."""
+        """Adds a position [m] in the map frame, and the speed [m/s]."""
         if self.points and abs(x - self.points[-1][0]) + abs(y - self.points[-1][1]) < STEP:
             return
         self.points.append((x, y, speed))
         if len(self.points) > LONGEST_LINE:
             del self.points[1::2]
 
-    def take(self, number: int, time: float, clearance: float | None, standing: bool) -> DrivenLap:
-        """The lap that ends here. The next one begins at its last point."""
+    def finish(self, number: int, time: float, clearance: float | None, standing: bool) -> DrivenLap:
+        """The finished lap. The next one starts at its last point."""
         rows = np.array(self.points or [(0.0, 0.0, 0.0)])
         self.points = self.points[-1:]
         return DrivenLap(number, time, rows[:, :2].copy(), rows[:, 2].copy(), clearance, standing)
 
     def clear(self) -> None:
-        """The car was taken away."""
+        """Discards the line, after the car was moved."""
         self.points = []
 
 
 def with_lap(laps: tuple[DrivenLap, ...], lap: DrivenLap) -> tuple[DrivenLap, ...]:
-    """The laps with one more; old ones that are not the best lose their lines, so that memory stays bounded."""
+    """Appends a lap. Old laps except the best one lose their lines, to bound the memory."""
     laps = (*laps, lap)
     old = len(laps) - 1 - KEPT_LINES
     if old < 0:

@@ -1,7 +1,7 @@
-"""The process in which a simulated race runs: real time or a factor of it, messages in, frames out.
+"""The process of a simulated race: runs at a multiple of real time, receives messages, sends frames.
 
-Nothing here waits for the viewer's process: a frame goes out only when one was asked for, by a thread that is the only
-one to wait for the pipe. When the viewer's process is gone, so is this one.
+The race never waits for the viewer's process: frames are sent only on request, by a separate thread, which alone may
+block on the pipe. This process ends with the viewer's process.
 """
 
 from __future__ import annotations
@@ -26,17 +26,17 @@ from firstlap.config.setup_file import Setup
 from firstlap.pitwall.frame import Pose
 from firstlap.pitwall.sim_race import Plan, SimRace
 
-BEHIND = 4.0
-"""Scan periods the race may be late before it gives the lost time up."""
-SAID_EVERY = 0.2
-"""[s] between two words about a driver's preparation."""
+MAX_LAG = 4.0
+"""Lag in scan periods after which the lost time is skipped."""
+PROGRESS_PERIOD = 0.2
+"""[s] Period of messages about a driver's preparation."""
 PREPARING = "preparing"
-"""What these words begin with."""
+"""Prefix of these messages."""
 
 
 def run(plan: Plan, connection: Connection, lifeline: Connection) -> None:
-    """The process's main function. lifeline: nothing comes through it; it ends with the viewer's process."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the viewer's
+    """Main function of the process. lifeline: carries no data; it closes when the viewer's process ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the viewer's process handles Ctrl-C
     threading.Thread(target=_end_with, args=(lifeline,), name="lifeline", daemon=True).start()
     try:
         _Loop(plan, connection).run()
@@ -51,15 +51,15 @@ def _end_with(lifeline: Connection) -> None:
 
 
 class FrameSender:
-    """Sends in a thread of its own. Only as much waits in it as was asked for."""
+    """Sends messages in a separate thread. Its queue is bounded by the requests."""
 
     def __init__(self, connection: Connection) -> None:
         self._connection = connection
         self._queue: queue.SimpleQueue[bytes] = queue.SimpleQueue()
-        threading.Thread(target=self._run, name="outbox", daemon=True).start()
+        threading.Thread(target=self._run, name="frame sender", daemon=True).start()
 
     def put(self, message: object) -> None:
-        """Packed here and now, so that what drives and what is sent share no lock later."""
+        """Queues a message; pickles it at once, so that the race and the sender share no data."""
         self._queue.put(pickle.dumps(message, protocol=pickle.HIGHEST_PROTOCOL))
 
     def _run(self) -> None:
@@ -72,13 +72,13 @@ class FrameSender:
 class _Loop:
     def __init__(self, plan: Plan, connection: Connection) -> None:
         self.connection = connection
-        self.outbox = FrameSender(connection)
+        self.sender = FrameSender(connection)
         self.race = SimRace(plan)
         self.asked: tuple[int, int] | None = None
         self.sent = -1
-        self.wanted: Setup | None = plan.setup
+        self.requested_setup: Setup | None = plan.setup
         self.late: deque[float] = deque(maxlen=8000)
-        self.told: dict[str, Callable[..., object]] = {
+        self.handlers: dict[str, Callable[..., object]] = {
             "ask": self.on_ask,
             "stop": self.on_stop,
             "go": self.race.go,
@@ -90,7 +90,7 @@ class _Loop:
         }
 
     def run(self) -> None:
-        """Until the viewer's process says so, or is gone."""
+        """Runs until the viewer's process ends it or disappears."""
         self.anchor = monotonic()
         self.periods = 0
         while True:
@@ -99,29 +99,29 @@ class _Loop:
             self.tick_if_due()
             self.answer()
 
-    # Time.
+    # Timing.
 
     @property
     def step(self) -> float:
-        """[s] of the wall clock between two scans."""
+        """[s] Scan period in wall-clock time."""
         return self.race.period / self.race.conditions.pace
 
     @property
     def due(self) -> float:
-        """monotonic() of the next scan."""
+        """Time of the next scan, as of monotonic()."""
         return self.anchor + (self.periods + 1) * self.step
 
     def from_now(self) -> None:
-        """Time that passed otherwise is no time that is late."""
+        """Restarts the schedule now; time spent on other work does not count as lag."""
         self.anchor, self.periods = monotonic(), 0
 
     def tick_if_due(self) -> None:
-        """One scan period when its time has come. Lost time is given up, not run after."""
+        """Simulates one scan period if it is due. Lost time is skipped, not caught up."""
         late = monotonic() - self.due
         if late < 0.0:
             return
         self.late.append(1e6 * late)
-        if late > BEHIND * self.step:
+        if late > MAX_LAG * self.step:
             self.anchor += late
         self.race.tick()
         self.periods += 1
@@ -129,84 +129,84 @@ class _Loop:
     # Messages.
 
     def listen(self, waiting: float) -> None:
-        """Waits so long [s], or for words, which count at once; takes all that have come."""
+        """Handles all received messages; waits up to `waiting` [s] for the first one."""
         while self.connection.poll(max(waiting, 0.0)):
             name, *arguments = self.connection.recv()
             if name == "close":
                 os._exit(0)
             try:
-                self.told[name](*arguments)
+                self.handlers[name](*arguments)
             except InputError as error:
-                self.race.say(str(error))
+                self.race.report(str(error))
             waiting = 0.0
 
     def on_ask(self, epoch: int, laps: int) -> None:
-        """The viewer's process has room for one frame; it has so many laps of that epoch."""
+        """Requests one frame; the viewer's process has this number of laps of that epoch."""
         self.asked = (epoch, laps)
 
     def on_stop(self) -> None:
-        """At this very moment, not at the next scan."""
+        """Stops immediately, not at the next scan."""
         since = (monotonic() - self.due + self.step) * self.race.conditions.pace
         self.race.stop(max(since, 0.0))
 
     def on_setup(self, setup: Setup) -> None:
-        """Of several that came together only the last one counts."""
-        self.wanted = setup
+        """Requests a setup; of several pending ones, the last counts."""
+        self.requested_setup = setup
 
     def on_place(self, pose: Pose) -> None:
-        """By hand."""
+        """Places the car."""
         self.race.place(pose)
 
     def on_condition(self, key: str, value: Value) -> None:
-        """Also the pace."""
+        """Sets a condition, which may be the pace."""
         self.race.set_condition(key, value)
         self.from_now()
 
     def on_timing(self) -> None:
-        """Step times by CPU and wall clock and lateness of the scans [us], since the last time it was asked."""
+        """Sends the step times (CPU and wall clock) and the scans' lag [us] since the last request."""
         steps, late = np.array(self.race.times).reshape(-1, 2), np.array(self.late)
         self.race.times.clear()
         self.late.clear()
-        self.outbox.put(("timing", steps, late))
+        self.sender.put(("timing", steps, late))
 
     def take_setup(self) -> None:
-        """What was wanted drives, or the frames say why not."""
-        setup, self.wanted = self.wanted, None
+        """Applies the requested setup, or reports in the frames why that failed."""
+        setup, self.requested_setup = self.requested_setup, None
         if setup is None:
             return
         if driver_kind(setup.driver).needs_map:
-            self.race.say(f"{PREPARING}: driver {setup.driver}")
-            self.listen(SAID_EVERY)
+            self.race.report(f"{PREPARING}: driver {setup.driver}")
+            self.listen(PROGRESS_PERIOD)
             self.answer()
         try:
             self.race.set_setup(setup, self.preparing())
         except InputError as error:
-            self.race.say(f"{setup.title}: {error}")
+            self.race.report(f"{setup.title}: {error}")
         self.from_now()
 
     def preparing(self) -> Callable[[str, float], object]:
-        """Hears of a driver's preparation, says it in the frames, and answers meanwhile."""
+        """A progress callback for a driver's preparation: reports it in the frames and handles messages meanwhile."""
         last = [0.0]
 
-        def look(what: str, share: float) -> None:
-            if monotonic() - last[0] < SAID_EVERY:
+        def on_progress(what: str, share: float) -> None:
+            if monotonic() - last[0] < PROGRESS_PERIOD:
                 return
             last[0] = monotonic()
-            self.race.say(f"{PREPARING}: {what}, {100.0 * share:.0f} %")
+            self.race.report(f"{PREPARING}: {what}, {100.0 * share:.0f} %")
             self.from_now()
             self.listen(0.0)
             self.answer()
 
-        return look
+        return on_progress
 
     # Frames.
 
     def answer(self) -> None:
-        """Hands over the newest frame, where one was asked for and there is a new one."""
+        """Sends the newest frame if it is new and was requested."""
         race = self.race
         if self.asked is None or race.number == self.sent:
             return
         epoch, count = self.asked
         laps = race.laps if epoch != race.epoch else tuple(lap for lap in race.laps if lap.number > count)
         self.asked, self.sent = None, race.number
-        self.outbox.put(("frame", race.frame(), race.epoch, laps))
+        self.sender.put(("frame", race.frame(), race.epoch, laps))

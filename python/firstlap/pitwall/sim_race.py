@@ -1,4 +1,4 @@
-"""A race that does what it is told while it runs. Here it is only stepped; time and messages are `sim_process`'s."""
+"""An interactive race, stepped scan by scan; `sim_process` handles time and messages."""
 
 from __future__ import annotations
 
@@ -23,44 +23,44 @@ from firstlap.sim.race_process import PackedCar, unpacked
 from firstlap.tracks.track import Track
 
 CAR = 0
-INSTANT = 1e-9
-"""[s] Two times that are nearer are the same."""
+TIME_TOLERANCE = 1e-9
+"""[s] Tolerance for comparing times."""
 STOPPED = "emergency stop"
-HEARD = 120
-"""Scans for which what just happened is said."""
+EVENT_SCANS = 120
+"""Number of scans for which an event is shown."""
 
 
 @dataclass(frozen=True)
 class Plan:
-    """What a race begins with; pickles. values: of the conditions, by key. going: whether it drives at once."""
+    """The start conditions of a race; picklable. values: of the conditions, by key. may_drive: initially."""
 
     track: Track
     car: PackedCar
     setup: Setup
     seed: int
     values: dict[str, Value] = field(default_factory=dict)
-    going: bool = True
+    may_drive: bool = True
 
 
 @dataclass(frozen=True)
 class CarSnapshot:
-    """The car when the driver was last given a scan; as of `Frame`."""
+    """The car's state at the driver's last scan; fields as in `Frame`."""
 
     time: float
     pose: Pose
     speed: float
     yaw_rate: float
     steering_angle: float
-    way: float
+    distance: float
     offset: float
     clearance: float
 
 
 def make_world(track: Track, car: Car, conditions: Conditions, seed: int) -> _core.World:
-    """One car on the line. Raises InputError where it cannot start."""
+    """A world with one car on the start line. Raises InputError if it cannot start."""
     options = _core.WorldOptions()
     options.set("world", "mu_scale", conditions.friction)
-    options.set("world", "command_timeout", 0.0)  # no mux: the race itself sees to the commands
+    options.set("world", "command_timeout", 0.0)  # no command timeout: the race itself sends all commands
     try:
         return _core.World(core_track(track), conditions.car(), options, seed)
     except ValueError as error:
@@ -68,10 +68,11 @@ def make_world(track: Track, car: Car, conditions: Conditions, seed: int) -> _co
 
 
 class SimRace:
-    """One car, driven scan by scan. `number` changes when there is something new to be shown.
+    """One car, driven scan by scan. `number` changes when there is something new to show.
 
-    The driver computes over one scan at a time, as in `firstlap race`: while it is busy the newest scan waits, and its
-    command comes when it is done. It has no driver before `set_setup`. Raises InputError where it cannot begin.
+    The driver processes one scan at a time, as in `firstlap race`: while it is busy, the newest scan waits, and its
+    command takes effect when it is done. There is no driver before `set_setup`. Raises InputError if the race cannot
+    start.
     """
 
     def __init__(self, plan: Plan) -> None:
@@ -81,11 +82,11 @@ class SimRace:
             self.conditions.set(key, value)
         self.world = make_world(self.track, self.car, self.conditions, self.seed)
         self.period = float(self.world.period)
-        self.going, self.number, self.epoch = plan.going, 0, 0
+        self.may_drive, self.number, self.epoch = plan.may_drive, 0, 0
         self.laps: tuple[DrivenLap, ...] = ()
         self.times: deque[tuple[float, float]] = deque(maxlen=8000)
         self._line, self._lap_setup, self._counted, self._hit = DrivenLine(), LapSetup(), 0, ""
-        self._began = self.world.time
+        self._lap_start = self.world.time
         self._event, self._event_until = "", 0
         self._commands: deque[tuple[float, float, float]] = deque()
         self._steering = self._busy_until = self._step_us = 0.0
@@ -93,18 +94,18 @@ class SimRace:
         self.driving: Driving | None = None
         self._snapshot = self._now()
 
-    # What it is told.
+    # Requests.
 
     def set_setup(self, setup: Setup, preparing: ProgressCallback | None = None) -> None:
-        """Another setup, maybe of another driver; one that needs a map begins anew at the line. Raises InputError, and
-        then the one before drives on."""
+        """Changes the setup, possibly to another driver. A driver that needs a map restarts at the line. Raises
+        InputError; then the previous setup stays."""
         kind = driver_kind(setup.driver)
         if kind.needs_map:
             preparation = kind.prepare(self.track, setup, self.car, self.seed, preparing)
             self.driving = Driving(setup, self.car, preparation)
             self.world.reset(CAR)
             self._begin()
-            self.say(f"driver {kind.name} begins at the line")
+            self.report(f"driver {kind.name} starts at the line")
         elif self.driving is not None and self.driving.setup.driver == setup.driver:
             self.driving.take(setup)
         else:
@@ -114,7 +115,7 @@ class SimRace:
         self.number += 1
 
     def set_condition(self, key: str, value: Value) -> None:
-        """One of the conditions, from now on. Raises InputError."""
+        """Changes a condition. Raises InputError."""
         self.conditions.set(key, value)
         try:
             self.world.change(self.conditions.car(), self.conditions.friction)
@@ -122,34 +123,34 @@ class SimRace:
             raise InputError(str(error)) from None
 
     def stop(self, since: float = 0.0) -> None:
-        """Speed 0 from now on, `since` [s] after the last scan; the wheels go on steering until the car stands."""
-        self.going = False
+        """Commands speed 0, `since` [s] after the last scan; the driver keeps steering until the car has stopped."""
+        self.may_drive = False
         self.world.command(CAR, 0.0, self._steering, since)
         self.number += 1
 
     def go(self) -> None:
-        """Drives on, where nothing was touched."""
-        self.going = True
+        """Lets the car drive, unless it has touched a wall."""
+        self.may_drive = True
         self.number += 1
 
     def restart(self) -> None:
-        """Back to the line, at rest; laps begin anew."""
+        """Restarts at the line, at rest, with an empty lap list."""
         self.world.reset(CAR)
-        self._tell_place(0.0)
+        self._set_driver_start(0.0)
         self.laps = ()
         self.epoch += 1
         self._begin()
 
     def place(self, pose: Pose) -> None:
-        """The car stands there, at rest. Raises InputError where it cannot."""
+        """Places the car, at rest. Raises InputError if it would touch a wall."""
         if not self.world.fits(CAR, *pose):
             raise InputError(f"the car does not fit at x = {pose[0]:.2f} m, y = {pose[1]:.2f} m: it would touch a wall")
         self.world.place(CAR, *pose)
-        self._tell_place(self.world.truth(CAR)["s"] / self.track.length)
+        self._set_driver_start(self.world.truth(CAR)["s"] / self.track.length)
         self._begin()
 
-    def _tell_place(self, share: float) -> None:
-        """To a driver with a map of the track: roughly, as who put the car down knows it."""
+    def _set_driver_start(self, share: float) -> None:
+        """Gives a driver with a map the approximate start position, as a fraction of the lap."""
         if self.driving is not None and isinstance(self.driving.handle, SetsStart):
             self.driving.handle.set_start(share)
 
@@ -157,37 +158,37 @@ class SimRace:
         self._line.clear()
         self._lap_setup.begin()
         self._commands.clear()
-        self._counted, self._hit, self._began = 0, "", self.world.time
+        self._counted, self._hit, self._lap_start = 0, "", self.world.time
         self._steering = self._busy_until = 0.0
         if self.driving is not None:
             self.driving.reset()
-        self.say("")
+        self.report("")
 
-    def say(self, text: str) -> None:
-        """What just happened; the frames say it for a while."""
-        self._event, self._event_until = text, self._scan + HEARD
+    def report(self, text: str) -> None:
+        """Shows an event in the frames for a while."""
+        self._event, self._event_until = text, self._scan + EVENT_SCANS
         self.number += 1
 
     @property
-    def said(self) -> str:
-        """Why the car does not drive, and what just happened."""
-        why = self._hit or ("" if self.going else STOPPED)
-        return "; ".join(text for text in (why, self._event) if text)
+    def message(self) -> str:
+        """Why the car does not drive, and the latest event."""
+        reason = self._hit or ("" if self.may_drive else STOPPED)
+        return "; ".join(text for text in (reason, self._event) if text)
 
-    # What it does.
+    # Simulation.
 
     def tick(self) -> None:
-        """One scan period."""
+        """Simulates one scan period."""
         self.world.advance()
         self._scan += 1
         self._follow()
         now = self.world.time
-        if self._busy_until <= now + self.period + INSTANT:  # free while this scan is still the newest
+        if self._busy_until <= now + self.period + TIME_TOLERANCE:  # free while this scan is the newest
             self._drive(now)
         self._deliver(now)
 
     def _follow(self) -> None:
-        """Laps and contacts."""
+        """Checks for laps and contacts."""
         truth = self.world.truth(CAR)
         self._line.add(truth["x"], truth["y"], truth["speed"])
         if self.world.laps_done(CAR) > self._counted:
@@ -198,16 +199,16 @@ class SimRace:
             self._hit = f"contact at {truth['s']:.1f} m: place the car or restart"
             self.number += 1
         if self._event and self._scan >= self._event_until:
-            self.say("")
+            self.report("")
 
     def _count(self, time: float, clearance: float, standing: bool) -> None:
         number = self.laps[-1].number + 1 if self.laps else 1
-        self.laps = with_lap(self.laps, self._lap_setup.sign(self._line.take(number, time, clearance, standing)))
-        self._began = self.world.time
-        self.say(f"lap {number} in {time:.3f} s, {clearance:.2f} m to the wall")
+        self.laps = with_lap(self.laps, self._lap_setup.sign(self._line.finish(number, time, clearance, standing)))
+        self._lap_start = self.world.time
+        self.report(f"lap {number} in {time:.3f} s, {clearance:.2f} m to the wall")
 
     def _drive(self, now: float) -> None:
-        """The driver's step over this scan, begun as soon as it has both time and scan."""
+        """Runs the driver's step on this scan; it starts once both driver and scan are available."""
         self._snapshot = self._now()
         self.number += 1
         if self.driving is None:
@@ -230,8 +231,8 @@ class SimRace:
         try:
             core.raise_error()
         except Exception as error:
-            self.going = False
-            self.say(f"the driver failed: {error}")
+            self.may_drive = False
+            self.report(f"the driver failed: {error}")
 
     def _now(self) -> CarSnapshot:
         truth = self.world.truth(CAR)
@@ -242,23 +243,23 @@ class SimRace:
             speed=speed,
             yaw_rate=yaw_rate,
             steering_angle=steering_angle,
-            way=truth["s"],
+            distance=truth["s"],
             offset=truth["lateral_offset"],
             clearance=self.world.lap_clearance(CAR),
         )
 
     def _deliver(self, now: float) -> None:
-        """The commands that are due before the next scan."""
-        if not self.going:
+        """Applies the commands that are due before the next scan."""
+        if not self.may_drive:
             self.world.command(CAR, 0.0, self._steering, 0.0)
-        while self._commands and self._commands[0][0] < now + self.period - INSTANT:
+        while self._commands and self._commands[0][0] < now + self.period - TIME_TOLERANCE:
             due, speed, self._steering = self._commands.popleft()
-            self.world.command(CAR, speed if self.going else 0.0, self._steering, max(due - now, 0.0))
+            self.world.command(CAR, speed if self.may_drive else 0.0, self._steering, max(due - now, 0.0))
 
-    # What it shows.
+    # Output.
 
     def frame(self) -> Frame:
-        """The newest, without its laps; its trace is empty before the first step."""
+        """The newest frame, without laps; its trace is empty before the first step."""
         seen, driving = self._snapshot, self.driving
         return Frame(
             number=self.number,
@@ -270,11 +271,11 @@ class SimRace:
             driver=driving.kind.name if driving else "",
             trace=driving.handle.trace if driving and self._driven_scan else {},
             step_us=self._step_us,
-            way=seen.way,
+            distance=seen.distance,
             offset=seen.offset,
             clearance=seen.clearance if math.isfinite(seen.clearance) else None,
-            began=min(self._began, seen.time),
-            going=self.going and not self._hit,
-            said=self.said,
-            sent=None if self.going else (0.0, self._steering),
+            lap_start=min(self._lap_start, seen.time),
+            may_drive=self.may_drive and not self._hit,
+            message=self.message,
+            sent=None if self.may_drive else (0.0, self._steering),
         )

@@ -1,4 +1,4 @@
-"""Where frames come from, and what may be asked of it: a simulated race, a recording, a car over ROS 2."""
+"""Interfaces of the sources of frames: a simulated race, a recording, a car over ROS 2."""
 
 from __future__ import annotations
 
@@ -12,36 +12,36 @@ from firstlap.pitwall.frame import Frame, Pose, Scenery
 
 
 class Source(Protocol):
-    """What every source can do. All calls return at once; those that change something raise InputError with what was
-    wrong, and then nothing has changed. Any thread may call."""
+    """The interface of all sources. Thread-safe. Calls return immediately. Calls that change something raise InputError
+    on failure, and then nothing has changed."""
 
     title: str
-    """For people: the track, the recording, the car."""
+    """Display name: of the track, the recording or the car."""
     car: Car
     scenery: Scenery
 
     def start(self) -> None:
-        """Begins, in a thread or process of its own. Raises InputError where it cannot."""
+        """Starts a thread or process. Raises InputError if that fails."""
 
     def close(self) -> None:
-        """Ends and leaves nothing running; a car that it drives or could drive is left stopped."""
+        """Ends all threads and processes; a simulated car ends with them."""
 
     def latest(self) -> Frame | None:
         """The newest frame; None before the first. Never waits."""
 
     @property
     def setup(self) -> Setup:
-        """What drives now."""
+        """The current setup."""
 
     @property
     def loaded(self) -> Setup:
-        """What "reset" goes back to."""
+        """The setup that "reset" restores."""
 
     def change(self, values: Mapping[str, Value]) -> None:
-        """Parameters by section.name, while driving."""
+        """Changes parameters by section.name, while driving."""
 
     def choose(self, setup: Setup) -> None:
-        """Another setup, maybe of another driver; it becomes `loaded`."""
+        """Loads a setup, possibly of another driver; it becomes `loaded`."""
 
 
 @runtime_checkable
@@ -49,10 +49,10 @@ class Drives(Protocol):
     """A source with a car that moves."""
 
     def stop(self) -> None:
-        """Emergency stop: at once, until `go`. Never raises: what cannot be reached is said in the frames."""
+        """Emergency stop, immediately, until `go`. Never raises: failures are reported in the frames."""
 
     def go(self) -> None:
-        """A person's consent to drive on."""
+        """A person's consent to drive."""
 
 
 @runtime_checkable
@@ -60,48 +60,48 @@ class Simulates(Protocol):
     """A source whose car and world can be changed."""
 
     conditions: FieldTable
-    """What may be changed of the simulated car and its world: noise, friction, latency, pace."""
+    """Conditions of the simulated car and world: noise, friction, latency, pace."""
 
     def condition(self, name: str) -> Value:
-        """One of them now."""
+        """The current value of a condition."""
 
     def set_condition(self, name: str, value: Value) -> None:
-        """Changes one while driving."""
+        """Changes a condition while driving."""
 
     def restart(self) -> None:
-        """Back to the line, at rest; laps begin anew."""
+        """Restarts at the line, at rest, with an empty lap list."""
 
     def place(self, pose: Pose) -> None:
-        """The car stands there, at rest."""
+        """Places the car, at rest."""
 
 
 @runtime_checkable
 class Plays(Protocol):
-    """A source that can be wound: a recording."""
+    """A source that can be played and searched: a recording."""
 
     scans: int
-    """How many."""
+    """Number of scans."""
 
     @property
     def scan(self) -> int:
-        """The one that is shown, from 0."""
+        """The number of the current scan, from 0."""
 
     @property
     def playing(self) -> bool:
-        """Whether it runs by itself."""
+        """Whether it is playing."""
 
     def play(self) -> None:
-        """Runs on; from the start, where it stood at its end."""
+        """Plays; from the start if it is at the end."""
 
     def pause(self) -> None:
-        """Stands."""
+        """Pauses."""
 
     def seek(self, scan: int) -> None:
-        """To that scan, kept within what there is."""
+        """Jumps to a scan, clamped to the valid range."""
 
     @property
     def pace(self) -> float:
-        """Times real time."""
+        """Playback speed, as a multiple of real time."""
 
     def set_pace(self, pace: float) -> None:
-        """Times real time."""
+        """Sets the playback speed."""

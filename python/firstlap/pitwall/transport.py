@@ -1,4 +1,4 @@
-"""Winding a recording: play, pause, step, seek, pace."""
+"""Playback controls of a recording: play, pause, step, seek, speed."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ PACES = ("0.1", "0.25", "0.5", "1", "2", "5", "10")
 
 
 class Transport:
-    """In the container that is open."""
+    """Built in the current gui container."""
 
     def __init__(self, session: ViewerSession, source: Plays) -> None:
         self._session = session
@@ -30,11 +30,11 @@ class Transport:
             self._steps = gui.add_button_group("step", ("-100", "-10", "-1", "+1", "+10", "+100"))
             self._steps.on_click(session.click("step", lambda: self._step(int(self._steps.value))))
             last = max(source.scans - 1, 1)
-            self._scan = gui.add_slider("scan", 0, last, 1, 0, hint=f"of {source.scans}; typed or dragged")
+            self._scan = gui.add_slider("scan", 0, last, 1, 0, hint=f"of {source.scans}; type or drag")
             self._scan.on_update(session.choice("seek", self._seek, lambda: None))
             pace = f"{source.pace:g}"
             paces = PACES if pace in PACES else (pace, *PACES)
-            self._pace = gui.add_dropdown("pace", paces, initial_value=pace, hint="times real time")
+            self._pace = gui.add_dropdown("playback speed", paces, initial_value=pace, hint="multiple of real time")
             self._pace.on_update(session.choice("pace", lambda value: source.set_pace(float(value)), lambda: None))
             self._where = gui.add_html("")
         self._keys = self._bind()
@@ -51,7 +51,7 @@ class Transport:
         return [key for key, _ in keys]
 
     def update(self, frame: Frame) -> None:
-        """The newest frame."""
+        """Shows the newest frame."""
         playing = self._source.playing
         label = "Pause" if playing else "Play"
         if self._play.label != label:
@@ -67,7 +67,7 @@ class Transport:
         assign(self._where, "content", content)
 
     def close(self) -> None:
-        """The keys do nothing any more."""
+        """Removes the keys."""
         for key in self._keys:
             key.remove()
 

@@ -81,11 +81,11 @@ def mounting_by_frames(
     """
     frames, heard = Frames(), False
     for message in static:
-        frames.hear(message)
+        frames.add(message)
         heard = True
     found = _mounting(frames, bases, frame, "/tf_static", where)
     for _, message in zip(range(LOOKED_AT if found is None else 0), moving, strict=False):
-        frames.hear(message)
+        frames.add(message)
         heard = True
         found = found or _mounting(frames, bases, frame, "/tf", where)
     return found or UNKNOWN._replace(missing=f"from {bases[0]} to {frame}" if heard else "")

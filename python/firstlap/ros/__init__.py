@@ -1,6 +1,6 @@
-"""ROS 2 nodes around the core: the driver of a real car, and a simulator that any stack can race on.
+"""ROS 2 nodes around the core: the driving node, and a simulator for any racing stack.
 
-Nothing here is imported by the rest of the package. rclpy and the messages come from wheels (`make ros`) or from apt.
+The rest of the package does not import this module. rclpy and the messages come from wheels (`make ros`) or from apt.
 """
 
 from __future__ import annotations
@@ -14,15 +14,15 @@ NEEDED = {
     "ackermann_msgs": "./ros/ackermann_msgs",
     "tf2_msgs": "./ros/tf2_msgs",
 }
-"""Module -> what to give pip for it."""
+"""Module -> pip requirement."""
 
 
 def require_ros() -> None:
-    """Raises InputError with what to install, where ROS 2 or one of its messages is missing."""
+    """Raises InputError with an install instruction if ROS 2 or a message package is missing."""
     missing = [name for name in NEEDED if importlib.util.find_spec(name) is None]
     if missing:
         wanted = " ".join(NEEDED[name] for name in missing)
         raise InputError(
-            f"ROS 2 is not here (no {', '.join(missing)}): run `make ros` in a checkout (pip install {wanted}), "
-            "or source the setup.bash of a ROS 2 from apt"
+            f"ROS 2 is not available (no {', '.join(missing)}): run `make ros` in a checkout (pip install {wanted}), "
+            "or source the setup.bash of a ROS 2 installed by apt"
         )

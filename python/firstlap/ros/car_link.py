@@ -1,4 +1,4 @@
-"""A driving node seen from elsewhere: its topics, its parameters, its stops. In a thread and a context of its own."""
+"""A client of a driving node: topics, parameters and stops. Runs in its own thread and ROS context."""
 
 from __future__ import annotations
 
@@ -10,40 +10,40 @@ from typing import Any
 
 from firstlap.common.errors import InputError
 from firstlap.config.parameters import Field, Value
-from firstlap.ros.names import DRIVE, TOLD
+from firstlap.ros.names import DRIVE, IDENTITY
 from firstlap.ros.node_parameters import declare_entries, value_of
 from firstlap.ros.persistent_stop import EMERGENCY
 
-ANSWERS = 1.0
-"""[s] that a node may take to answer."""
+SERVICE_TIMEOUT = 1.0
+"""[s] Timeout of service calls."""
 SOON = 0.1
-PRESSED_AGAIN = 0.1
-"""[s] between two words of an emergency stop that is held: a node that starts meanwhile hears it too."""
-SAID = 10.0
-"""[s] that trouble is shown."""
+STOP_PERIOD = 0.1
+"""[s] Repetition period of a held emergency stop, for nodes that start later."""
+PROBLEM_DURATION = 10.0
+"""[s] Duration for which a problem is shown."""
 OURS = ("scan_topic", "odom_topic", "emergency_stop_topic", "base_frame", "laser_from_tf")
-"""Parameters of the driving node that whoever looks at it needs as well."""
+"""Parameters of the driving node that this client needs."""
 
 
 class CarLink:
-    """arguments: what follows --ros-args, with it; they give the namespace. name: of the driving node."""
+    """arguments: ROS arguments from --ros-args on, including the namespace. name: of the driving node."""
 
     def __init__(self, arguments: list[str], name: str, domain: int | None = None) -> None:
         self._arguments, self._name, self._domain = arguments, name, domain
         self.pressed = False
-        self._trouble = (0.0, "")
+        self._problem = (0.0, "")
         self._closing = threading.Event()
         self._thread: threading.Thread | None = None
-        self._button: Any = None
-        self._button_topic = ""
+        self._stop_publisher: Any = None
+        self._stop_topic = ""
         self.node: Any = None
         self._context: Any = None
         self.path = name
 
-    # A thread of its own.
+    # The thread.
 
-    def start(self, build: Callable[[], object], look: Callable[[], object], period: float) -> None:
-        """build: once, before anything is heard. look: every `period` [s]. Both run where callbacks do. Raises
+    def start(self, build: Callable[[], object], check: Callable[[], object], period: float) -> None:
+        """Starts the thread. build: called once, before any callback. check: called every `period` [s]. Raises
         InputError."""
         import rclpy
         from rclpy.clock import Clock, ClockType
@@ -62,8 +62,8 @@ class CarLink:
             self._connect()
             build()
             steady = Clock(clock_type=ClockType.STEADY_TIME)
-            self.node.create_timer(period, look, clock=steady)
-            self.node.create_timer(PRESSED_AGAIN, self._hold, clock=steady)
+            self.node.create_timer(period, check, clock=steady)
+            self.node.create_timer(STOP_PERIOD, self._hold, clock=steady)
         except ValueError as error:
             self.close()
             raise InputError(str(error)) from None
@@ -81,7 +81,7 @@ class CarLink:
         self._set = client(SetParametersAtomically, f"{self.path}/set_parameters_atomically")
         self._stop = client(Trigger, f"{self.path}/stop")
         self._go = client(Trigger, f"{self.path}/go")
-        self.button_at(self.value("emergency_stop_topic"))
+        self.set_stop_topic(self.value("emergency_stop_topic"))
 
     def _run(self) -> None:
         while not self._closing.is_set():
@@ -91,21 +91,21 @@ class CarLink:
         try:
             self._executor.spin_once(timeout_sec=SOON)
         except Exception as error:
-            # Whatever a message made go wrong: it is said, and the next message is heard.
-            self.say(f"{type(error).__name__}: {error}")
+            # An error in a callback is reported; the next message is still handled.
+            self.report(f"{type(error).__name__}: {error}")
 
-    def say(self, trouble: str) -> None:
-        """Something went wrong that only people can do something about."""
-        self._trouble = (time.monotonic(), trouble[:200])
+    def report(self, problem: str) -> None:
+        """Reports a problem that needs a person's attention."""
+        self._problem = (time.monotonic(), problem[:200])
 
     @property
-    def trouble(self) -> str:
-        """What went wrong in the last seconds; empty when nothing did."""
-        since, said = self._trouble
-        return said if time.monotonic() - since < SAID else ""
+    def problem(self) -> str:
+        """The problem of the last seconds; empty if there was none."""
+        since, problem = self._problem
+        return problem if time.monotonic() - since < PROBLEM_DURATION else ""
 
     def close(self) -> None:
-        """Leaves nothing running. The car is left as it is: one that was stopped stays so."""
+        """Ends the thread and the node. The car keeps its state: a stopped car stays stopped."""
         self._closing.set()
         if self._thread:
             self._thread.join(5.0)
@@ -118,36 +118,39 @@ class CarLink:
             self._context = None
 
     def value(self, name: str) -> Any:
-        """One of `OURS`, as --ros-args gave it or by default."""
+        """The value of one of `OURS`, from --ros-args or the default."""
         return value_of(self.node, name)
 
     def published(self, topic: str) -> bool:
-        """Whether anybody does."""
+        """Whether the topic has a publisher."""
         return bool(self.node.count_publishers(topic))
 
-    # What the node answers.
+    # Requests to the node.
 
-    def there(self) -> bool:
-        """Whether a node of this name answers."""
+    def is_available(self) -> bool:
+        """Whether the node is available."""
         return bool(self._get.service_is_ready())
 
-    def _need(self, client: Any) -> None:
+    def _require(self, client: Any) -> None:
         if self.node is None or not client.service_is_ready():
             raise InputError(f"no driving node {self.path}: nothing was changed")
 
     def _ask(self, client: Any, request: Any) -> Any:
-        """From any thread but the link's own. Raises InputError."""
-        self._need(client)
+        """Calls a service. Not from the link's own thread. Raises InputError."""
+        self._require(client)
         answered = threading.Event()
         future = client.call_async(request)
         future.add_done_callback(lambda _: answered.set())
-        if not answered.wait(ANSWERS):
+        if not answered.wait(SERVICE_TIMEOUT):
             client.remove_pending_request(future)
-            raise InputError(f"{self.path} did not answer within {ANSWERS:g} s: whether it took that is not known")
+            raise InputError(
+                f"{self.path} did not respond within {SERVICE_TIMEOUT:g} s: "
+                "it is unknown whether the request was carried out"
+            )
         return future.result()
 
     def fetch(self, names: list[str], then: Callable[[dict[str, Any]], object]) -> None:
-        """The node's parameters, handed to `then` in the link's thread; those that it does not have are missing."""
+        """Requests parameters of the node and passes them to `then` in the link's thread; unknown ones are missing."""
         from rcl_interfaces.srv import GetParameters
         from rclpy.parameter import parameter_value_to_python
 
@@ -157,79 +160,79 @@ class CarLink:
 
         self._get.call_async(GetParameters.Request(names=names)).add_done_callback(on_answer)
 
-    def fetch_told(self, then: Callable[[dict[str, Any]], object]) -> None:
-        """What drives, and `OURS` as the node has them."""
-        self.fetch([*(row.name for row in TOLD), *OURS], then)
+    def fetch_identity(self, then: Callable[[dict[str, Any]], object]) -> None:
+        """Requests the node's driver and setup, and its values of `OURS`."""
+        self.fetch([*(row.name for row in IDENTITY), *OURS], then)
 
     def set(self, values: Mapping[Field, Value]) -> None:
-        """All of them or none. Raises InputError with the node's reason."""
+        """Sets parameters, all or none. Raises InputError with the node's reason."""
         from rcl_interfaces.srv import SetParametersAtomically
 
         parameters = [_parameter(field, value) for field, value in values.items()]
         answer = self._ask(self._set, SetParametersAtomically.Request(parameters=parameters)).result
         if not answer.successful:
-            raise InputError(answer.reason or f"{self.path} refused that, and said no reason")
+            raise InputError(answer.reason or f"{self.path} refused that without a reason")
 
     # Stops.
 
-    def button_at(self, topic: str) -> None:
-        """Where the emergency stop is said, latched; known before it is needed, so that it needs no time."""
+    def set_stop_topic(self, topic: str) -> None:
+        """Sets the topic of the emergency stop (latched) in advance, so that a stop needs no discovery."""
         from std_msgs.msg import Bool
 
         from firstlap.ros.qos import NEWEST_LATCHED
 
-        if topic == self._button_topic:
+        if topic == self._stop_topic:
             return
-        if self._button is not None:
-            self.node.destroy_publisher(self._button)
-        self._button_topic = topic
-        self._button = self.node.create_publisher(Bool, topic, NEWEST_LATCHED) if topic else None
+        if self._stop_publisher is not None:
+            self.node.destroy_publisher(self._stop_publisher)
+        self._stop_topic = topic
+        self._stop_publisher = self.node.create_publisher(Bool, topic, NEWEST_LATCHED) if topic else None
 
-    def _press(self, down: bool) -> None:
+    def _publish_stop(self, down: bool) -> None:
         from std_msgs.msg import Bool
 
-        if self._button is not None:
-            self._button.publish(Bool(data=down))
+        if self._stop_publisher is not None:
+            self._stop_publisher.publish(Bool(data=down))
 
     def _hold(self) -> None:
         if self.pressed:
-            self._press(True)
+            self._publish_stop(True)
 
-    def heard_by_nobody(self) -> bool:
-        """Whether an emergency stop would reach no one."""
-        return self._button is None or self._button.get_subscription_count() == 0
+    def is_unheard(self) -> bool:
+        """Whether nobody would receive an emergency stop."""
+        return self._stop_publisher is None or self._stop_publisher.get_subscription_count() == 0
 
     def stop(self) -> None:
-        """Presses the emergency stop and holds it; also calls ~/stop."""
+        """Presses and holds the emergency stop, and calls ~/stop."""
         from std_srvs.srv import Trigger
 
         self.pressed = True
         if self.node is not None:
-            self._press(True)
+            self._publish_stop(True)
             if self._stop.service_is_ready():
                 self._stop.call_async(Trigger.Request())
 
     def go(self) -> None:
-        """Releases the emergency stop and calls ~/go. Raises InputError with the node's reason; where there is no
-        node, the stop stays pressed."""
+        """Releases the emergency stop and calls ~/go. Raises InputError with the node's reason; without a node, the
+        stop stays pressed."""
         from std_srvs.srv import Trigger
 
-        self._need(self._go)
+        self._require(self._go)
         self.pressed = False
-        self._press(False)
-        until = time.monotonic() + ANSWERS
+        self._publish_stop(False)
+        until = time.monotonic() + SERVICE_TIMEOUT
         while True:
             answer = self._ask(self._go, Trigger.Request())
             if answer.success:
                 return
-            # The button's release and this call come on different ways: the call may be first.
+            # The release (a topic) and this call (a service) may arrive in any order.
             if answer.message != EMERGENCY or time.monotonic() > until:
-                raise InputError(f"{self.path} does not drive on: {answer.message}")
+                raise InputError(f"{self.path} does not drive: {answer.message}")
             time.sleep(0.02)
 
 
 def _parameter(field: Field, value: Value) -> Any:
-    """Of the type that the node declared; whether it is in range is for the node to say."""
+    """The parameter message with the declared type; the node checks the range."""
     from rclpy.parameter import Parameter
 
     kind: type = {"bool": bool, "int": int}.get(field.type, float)
@@ -238,4 +241,4 @@ def _parameter(field: Field, value: Value) -> Any:
             raise ValueError
         return Parameter(field.key, value=kind(value)).to_parameter_msg()
     except (TypeError, ValueError, OverflowError):
-        raise InputError(f"{field.key} is {str(value)[:60]}; allowed is {field.range}") from None
+        raise InputError(f"{field.key} is {str(value)[:60]}; expected {field.range}") from None

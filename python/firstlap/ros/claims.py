@@ -1,6 +1,6 @@
-"""Who drives on a drive topic: driving nodes tell each other, and one of them gives way. Plain Python: no ROS.
+"""Arbitration between driving nodes on one drive topic: they exchange claims, and one of them yields. No ROS imports.
 
-The node that drives has precedence; among equals, the one that was born first.
+A node that drives has precedence; among equals, the one that started first.
 """
 
 from __future__ import annotations
@@ -9,62 +9,62 @@ import json
 from typing import NamedTuple
 
 HEARTBEAT = 0.5
-"""[s] between two claims of a node."""
+"""[s] Period of a node's claims."""
 LASTS = 3.0
-"""[s] that a claim counts: a node that died says no more."""
+"""[s] Lifetime of a claim, for nodes that died."""
 SETTLE = 3.0
-"""[s] of its life in which a node only looks for others."""
+"""[s] After its start, a node only looks for others for this time."""
 MAX_TEXT = 1000
 
 
 class Claim(NamedTuple):
-    """born: [ns] of the wall clock. who: a name for people. drives: whether the car may move by it."""
+    """born: start time [ns], wall clock. who: display name of the node. drives: whether it may move the car."""
 
     born: int
     who: str
     drives: bool
 
     def encode(self) -> str:
-        """As it is published."""
+        """The text that is published."""
         return json.dumps(self._asdict())
 
 
 def decode(text: str) -> Claim:
-    """Raises ValueError where it is no claim."""
+    """Parses a claim. Raises ValueError."""
     if len(text) > MAX_TEXT:
         raise ValueError(f"a claim of {len(text)} characters")
     found = json.loads(text)
     if not isinstance(found, dict) or set(found) != set(Claim._fields):
-        raise ValueError(f"no claim: {text[:80]}")
+        raise ValueError(f"not a claim: {text[:80]}")
     born, who, drives = (found[name] for name in Claim._fields)
     if type(born) is not int or type(who) is not str or type(drives) is not bool:
-        raise ValueError(f"no claim: {text[:80]}")
+        raise ValueError(f"not a claim: {text[:80]}")
     return Claim(born, who, drives)
 
 
 class Claims:
-    """What the others on the topic claim. born, who: of ourselves."""
+    """The claims of other nodes on the topic. born, who: of this node."""
 
     def __init__(self, born: int, who: str) -> None:
         self._own = (born, who)
         self._others: dict[tuple[int, str], tuple[Claim, float]] = {}
 
     def own(self, drives: bool) -> Claim:
-        """What we claim."""
+        """This node's claim."""
         return Claim(*self._own, drives)
 
-    def hear(self, text: str, now: float) -> None:
-        """A claim came at `now` [s], perhaps our own. Raises ValueError where it is none."""
+    def add(self, text: str, now: float) -> None:
+        """Adds a claim received at `now` [s], possibly this node's own. Raises ValueError."""
         claim = decode(text)
         self._others = {key: one for key, one in self._others.items() if now - one[1] <= LASTS}
         if claim[:2] != self._own:
             self._others[claim[:2]] = (claim, now)
 
     def reason(self, drives: bool, now: float) -> str:
-        """Why we must not drive; empty where we may. drives: whether we do already."""
+        """Why this node must not drive; empty if it may. drives: whether it drives already."""
         for key, (claim, heard) in self._others.items():
             older = key < self._own
             if now - heard <= LASTS and ((claim.drives and older) if drives else (claim.drives or older)):
-                does = "drives" if claim.drives else "was there first"
-                return f"another driving node {does}: {claim.who}; end one of them"
+                state = "drives" if claim.drives else "started first"
+                return f"another driving node {state}: {claim.who}; stop one of them"
         return ""

@@ -13,7 +13,7 @@ class ClockWatch:
     _seen: float | None = None
     _moved: float | None = None
 
-    def look(self, now: float, steady: float) -> None:
+    def update(self, now: float, steady: float) -> None:
         """Call often. now: the clock's time [s]. steady: of a clock that cannot be stopped [s]."""
         if now != self._seen:
             self._seen, self._moved = now, steady
@@ -21,4 +21,4 @@ class ClockWatch:
     def reason(self, steady: float) -> str:
         """Why the clock cannot be trusted; empty if it can."""
         stall = 0.0 if self._moved is None else steady - self._moved
-        return f"/clock stood still for {stall:.2f} s" if stall > self.limit else ""
+        return f"/clock has not advanced for {stall:.2f} s" if stall > self.limit else ""

@@ -1,4 +1,4 @@
-"""Between messages and numbers. No function here needs a node; messages are duck-typed where that is enough."""
+"""Conversions between messages and numbers. Nothing here needs a node; most messages are duck-typed."""
 
 from __future__ import annotations
 
@@ -19,45 +19,44 @@ def seconds(stamp: Any) -> float:
 
 
 def nanoseconds(time: float) -> int:
-    """Of seconds, as stamps have them."""
+    """Converts seconds to nanoseconds as in a stamp."""
     whole = math.floor(time)
     return whole * 1_000_000_000 + min(round((time - whole) * 1e9), 999_999_999)
 
 
 def set_stamp(stamp: Any, time: float) -> None:
-    """Seconds into a builtin_interfaces/Time."""
+    """Sets a builtin_interfaces/Time from seconds."""
     stamp.sec, stamp.nanosec = divmod(nanoseconds(time), 1_000_000_000)
 
 
 def sweep_of(message: Any, period: float) -> float:
-    """[s] from the first beam of a LaserScan to its last; as of `firstlap.perception.scan.sweep_time`."""
+    """Sweep time [s] of a LaserScan, see `firstlap.perception.scan.sweep_time`."""
     return sweep_time(message.time_increment, len(message.ranges), period)
 
 
 def to_scan(message: Any, mount: Mount) -> _core.LaserScan:
-    """A LaserScan whose header makes sense, turned as the laser is mounted."""
+    """Converts a LaserScan, with its angles as mounted."""
     ranges = np.frombuffer(message.ranges, dtype=np.float32)
     first, step = mount.turned(message.angle_min, message.angle_increment)
     return _core.LaserScan(ranges, first, step, message.time_increment, message.range_min, message.range_max)
 
 
 def judged(message: Any, mount: Mount, period: float) -> tuple[_core.LaserScan, Judgment]:
-    """A LaserScan turned as the laser is mounted, and what the core says of it. period: [s] between scans; 0: not
-    known."""
+    """Converts a LaserScan, with its angles as mounted, and checks it. period: scan period [s]; 0: unknown."""
     scan = to_scan(message, mount)
     last, _ = mount.turned(message.angle_max, message.angle_increment)
     return scan, judge(scan, period, last)
 
 
 def float_array(values: npt.NDArray[np.float32]) -> array.array[float]:
-    """A sequence that rclpy takes without looking at each number."""
+    """Converts to an array that rclpy takes without checking each item."""
     result = array.array("f")
     result.frombytes(np.ascontiguousarray(values, dtype=np.float32).tobytes())
     return result
 
 
 def quaternion_of(yaw: float) -> tuple[float, float]:
-    """z and w of a turn about z."""
+    """Quaternion z and w of a rotation about z by `yaw` [rad]."""
     return math.sin(0.5 * yaw), math.cos(0.5 * yaw)
 
 

@@ -1,4 +1,4 @@
-"""How the driving node does: rates, latencies, status, step time, faults counted, once a second."""
+"""Diagnostics of the driving node, once a second: rates, latencies, status, step times and fault counts."""
 
 from __future__ import annotations
 
@@ -10,28 +10,28 @@ from typing import Any
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
 KEPT = 400
-"""Steps that the percentiles are of."""
+"""Number of steps in the percentiles."""
 LATE = 1.5
-"""Scan periods between two stamps from which a scan counts as missed."""
+"""A gap of more scan periods than this counts as missed scans."""
 MISSED = "missed scans"
 TIMES = {"step [us]": 1e6, "node [us]": 1e6, "scan to drive [ms]": 1e3}
-"""Times of a step as they are told: name, parts of a second."""
+"""Times of a step: key in the message -> scale from seconds."""
 
 
 def missed_between(dt: float, period: float) -> int:
-    """How many scans are missing between two stamps that are dt [s] apart; none where the period is not known."""
+    """Number of scans missing between two stamps `dt` [s] apart; 0 if the period [s] is unknown (0)."""
     return round(dt / period) - 1 if period > 0.0 and dt > LATE * period else 0
 
 
 def quantiles(values: Iterable[float], shares: Sequence[float]) -> list[float]:
-    """Of at least one value, by its nearest rank. The driving thread asks for them: numpy would import half of itself
-    for it while the car drives."""
+    """Quantiles by the nearest rank, of at least one value. Without numpy, whose lazy imports would delay the driving
+    thread."""
     ranked = sorted(values)
     return [ranked[round(share * (len(ranked) - 1))] for share in shares]
 
 
 class Health:
-    """Collects, and publishes on /diagnostics."""
+    """Collects diagnostics and publishes them on /diagnostics."""
 
     def __init__(self, node: Any) -> None:
         self._node = node
@@ -43,25 +43,25 @@ class Health:
         self._published = 0.0
 
     def count(self, what: str) -> None:
-        """One more."""
+        """Increments a counter."""
         self.counts[what] += 1
 
     def scan(self, dt: float, period: float) -> None:
-        """A good scan, dt [s] after the one before; those that are missing between them are counted."""
+        """Counts a valid scan, `dt` [s] after the previous one, and the scans missing between them."""
         self.counts["scan"] += 1
         self.counts[MISSED] += missed_between(dt, period)
 
     def step(self, step: float, work: float, age: float, status: str) -> None:
-        """One command: seconds in the driver, in the node, from the end of the scan to the command."""
+        """Adds a command: time in the driver, time in the node, and time since the end of the scan [s]."""
         self.counts["drive"] += 1
         self.counts[f"status {status}"] += 1
         self._steps.append((step, work, age))
         self._status = status
 
     def values(self, elapsed: float) -> dict[str, str]:
-        """What is told."""
+        """The key-value pairs of the message."""
         watchdog = self._node.watchdog
-        told = {
+        values = {
             "state": "driving" if watchdog.armed else f"stopped: {watchdog.tripped or 'not armed'}",
             "driver": self._node.driving.setup.title,
             "status": self._status,
@@ -69,22 +69,22 @@ class Health:
             "odometry": self._node.watch.summary,
         }
         for what in ("scan", "odom", "drive"):
-            told[f"{what} rate [Hz]"] = f"{(self.counts[what] - self._before[what]) / max(elapsed, 1e-3):.1f}"
+            values[f"{what} rate [Hz]"] = f"{(self.counts[what] - self._before[what]) / max(elapsed, 1e-3):.1f}"
         for source, timeout in watchdog.timeouts.items():
-            told[f"{source} timeout [s]"] = f"{timeout:.2f}"
+            values[f"{source} timeout [s]"] = f"{timeout:.2f}"
         if self._steps:
             for column, (name, scale) in zip(zip(*self._steps, strict=True), TIMES.items(), strict=True):
                 p50, p99 = quantiles(column, (0.5, 0.99))
-                told[f"{name} p50"], told[f"{name} p99"] = f"{scale * p50:.2f}", f"{scale * p99:.2f}"
+                values[f"{name} p50"], values[f"{name} p99"] = f"{scale * p50:.2f}", f"{scale * p99:.2f}"
         for what, count in sorted({**self.counts, **watchdog.faults}.items()):
             if what not in ("scan", "odom", "drive"):
-                told[what] = str(count)
+                values[what] = str(count)
         for source, reason in watchdog.rejected.items():
-            told[f"last rejected {source}"] = reason
-        return told
+            values[f"last rejected {source}"] = reason
+        return values
 
     def publish(self) -> None:
-        """One DiagnosticArray."""
+        """Publishes one DiagnosticArray."""
         now = time.monotonic()
         elapsed, self._published = now - self._published, now
         watchdog = self._node.watchdog

@@ -1,4 +1,4 @@
-"""A ROS_DOMAIN_ID for a while, that nothing of ours on this machine uses meanwhile."""
+"""Reserves a ROS_DOMAIN_ID on this machine among firstlap processes."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from pathlib import Path
 from firstlap.common.errors import InputError
 
 DOMAINS = range(1, 102)
-"""Whose ports are nobody else's (docs.ros.org, About-Domain-ID); 0 is where a car's own nodes are."""
+"""Domain IDs that are safe on all platforms (docs.ros.org, About-Domain-ID), without 0, which the car's nodes use."""
 
 
 @contextmanager
 def own_domain() -> Iterator[int]:
-    """Raises InputError where all are in use."""
+    """Yields an unused domain. Raises InputError if all are in use."""
     for domain in random.SystemRandom().sample(DOMAINS, len(DOMAINS)):
         path = Path(tempfile.gettempdir()) / f"firstlap-domain-{domain}.lock"
         if not path.exists():
             path.touch()
-        with path.open() as lock:  # to read: the file may be another user's
+        with path.open() as lock:  # opened for reading: the file may belong to another user
             if _taken(lock.fileno()):
                 continue
             yield domain

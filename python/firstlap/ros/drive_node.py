@@ -1,7 +1,7 @@
-"""The driving node: scan and odometry in, drive out. A managed (lifecycle) node.
+"""The driving node: turns scans and odometry into drive commands. A managed (lifecycle) node.
 
-Configured, it listens; active, it drives. A person lets it: by ~/go, or by activating it. A fault stops the car until a
-person calls ~/resume.
+When configured, it subscribes; when active, it drives. A person consents by ~/go or by activating it. A fault stops the
+car until a person calls ~/resume.
 """
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ from firstlap.ros.conversions import judged, seconds, set_stamp, sweep_of
 from firstlap.ros.diagnostics import Health
 from firstlap.ros.emergency import EmergencyStop
 from firstlap.ros.markers import Markers
-from firstlap.ros.names import DRIVE, TOLD
-from firstlap.ros.node_parameters import declare_entries, declare_fields, result, tell, value_of
+from firstlap.ros.names import DRIVE, IDENTITY
+from firstlap.ros.node_parameters import declare_entries, declare_fields, declare_read_only, result, value_of
 from firstlap.ros.odometry_watch import OdometryWatch
 from firstlap.ros.other_drivers import OtherDrivers
 from firstlap.ros.periods import BOUNDS, Period, rate_reason, timeout_of
@@ -44,23 +44,23 @@ from firstlap.ros.vehicle_state import ESTIMATE_FIELDS, StateSource
 
 NAME = "firstlap_drive"
 CHECK_PERIOD = 0.02
-"""[s] of the steady clock: how often silence is looked for."""
-LAST_STOPS = 25
-"""Stops sent at this period after the car was put out of action, before the topic is left to others."""
-FAREWELL, ACKNOWLEDGED = 3, 0.2
-"""Stops sent when the node ends, and [s] for which it waits until the others have them."""
+"""[s] Period of the watchdog check, steady clock."""
+STOPS_AFTER_DEACTIVATION = 25
+"""Number of stop commands at this period after deactivation, before the node leaves the topic to others."""
+STOPS_AT_EXIT, ACK_TIMEOUT = 3, 0.2
+"""Number of stop commands when the node ends, and timeout [s] of their acknowledgment."""
 CLOCK_STALL = 0.25
-"""[s] of the steady clock in which a simulated one must move."""
-FORGET = 0.5
-"""[s] after which a silent source may begin with any stamp."""
+"""[s] Maximum time, by the steady clock, without progress of the simulated clock."""
+RESTART_SILENCE = 0.5
+"""[s] After this silence, a source may restart with any stamp."""
 LONGEST_STEP = 1.0
-"""[s] between two scans, as the driver is told at most."""
+"""[s] Maximum scan period passed to the driver."""
 
 OK, REFUSED = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 
 
 class DriveNode(LifecycleNode):
-    """driving: what drives unless the parameters `driver` or `setup` say otherwise. Raises InputError."""
+    """driving: used unless the parameters `driver` or `setup` are set. Raises InputError."""
 
     def __init__(self, driving: Driving | None = None, **arguments: Any) -> None:
         super().__init__(NAME, **arguments)
@@ -79,7 +79,7 @@ class DriveNode(LifecycleNode):
         self.steps = dict.fromkeys(BOUNDS, 0.0)
         self.mount: Mount | None = None
         self.mount_frame: str | None = None
-        self.remarked: set[str] = set()
+        self.logged_remarks: set[str] = set()
         self.refusal = ""
         self.emergency = EmergencyStop(
             PersistentStop(self.get_fully_qualified_name(), self.context.get_domain_id()), self.trip
@@ -88,11 +88,11 @@ class DriveNode(LifecycleNode):
         self.stops_left = 0
         self.clock = ClockWatch(CLOCK_STALL)
         self._used_sim_time = bool(value_of(self, "use_sim_time"))
-        self.heard: list[Any] = []
+        self.own_subscriptions: list[Any] = []
         self.set_limits()
         self.add_on_set_parameters_callback(self.on_parameters)
         self.drive = self.create_publisher(AckermannDriveStamped, value_of(self, "drive_topic"), 1)
-        self.rivals = OtherDrivers(self, value_of(self, "drive_topic"))
+        self.other_drivers = OtherDrivers(self, value_of(self, "drive_topic"))
         self.markers = Markers(self)
         self.traces = Traces(self)
 
@@ -100,7 +100,9 @@ class DriveNode(LifecycleNode):
         declare_entries(self, DRIVE)
         driver, setup = value_of(self, "driver"), value_of(self, "setup")
         self.driving = Driving.of(driver, setup) if driver or setup or driving is None else driving
-        tell(self, TOLD, {"driving_driver": self.driving.setup.driver, "driving_setup": self.driving.setup.name})
+        declare_read_only(
+            self, IDENTITY, {"driving_driver": self.driving.setup.driver, "driving_setup": self.driving.setup.name}
+        )
         declare_fields(self, ESTIMATE_FIELDS.fields, lambda field: field.default)
         declare_fields(self, self.driving.fields, lambda field: self.driving.setup.get(field.key))
         self.driving.change({field.key: value_of(self, field.key) for field in self.driving.fields})
@@ -108,7 +110,7 @@ class DriveNode(LifecycleNode):
     # Parameters.
 
     def set_limits(self) -> None:
-        """Takes the limits over from the parameters."""
+        """Updates the limits from the parameters."""
         self._set_timeouts()
         self.watchdog.pause_limit = value_of(self, "pause_limit")
         self.speed_limit = float(value_of(self, "speed_limit"))
@@ -116,7 +118,7 @@ class DriveNode(LifecycleNode):
             stamps.max_age = value_of(self, "max_age")
 
     def _set_timeouts(self) -> None:
-        """By the periods as they are now: one that grows while the car drives does not make the node more patient."""
+        """Sets the timeouts from the current periods. A period that grows while driving does not extend them."""
         timeouts = {}
         for source, bounds in BOUNDS.items():
             if value_of(self, f"{source}_topic"):
@@ -127,7 +129,7 @@ class DriveNode(LifecycleNode):
         self.watchdog.timeouts = timeouts
 
     def _rate_reason(self) -> str:
-        """Which source comes too seldom to drive by."""
+        """Which source is too slow for driving; empty if none is."""
         timeouts = self.watchdog.timeouts
         reasons = (
             rate_reason(name, one.seconds, timeouts[name]) for name, one in self.periods.items() if name in timeouts
@@ -135,7 +137,7 @@ class DriveNode(LifecycleNode):
         return next(filter(None, reasons), "")
 
     def on_parameters(self, parameters: list[Any]) -> Any:
-        """New values of any parameters: all are taken, or none with the reason."""
+        """Parameter callback: accepts all new values, or none with the reason."""
         known = {field.key for field in self.driving.fields}
         if any(parameter.name.startswith("state_estimate.") for parameter in parameters):
             self._soon(self.state.set_estimate)
@@ -150,7 +152,7 @@ class DriveNode(LifecycleNode):
         return result()
 
     def _soon(self, action: Any) -> None:
-        """Once this callback is over: the parameters are set only then."""
+        """Runs `action` after the current callback, when the parameters are set."""
 
         def once() -> None:
             self.destroy_timer(timer)
@@ -164,30 +166,30 @@ class DriveNode(LifecycleNode):
         return str(value_of(self, f"{role}_topic"))
 
     def on_configure(self, state: Any) -> Any:
-        """Listens to everything; says nothing yet."""
+        """Subscribes to all inputs; publishes no commands yet."""
         topic = self._topic
-        hear = self.create_subscription
-        self.heard = [
-            hear(LaserScan, topic("scan"), self.on_scan, NEWEST),
-            hear(Odometry, topic("odom"), self.on_odometry, NEWEST),
-            hear(TFMessage, "/tf_static", self.frames.hear, LATCHED),
-            hear(TFMessage, "/tf", self.frames.hear, 100),
+        subscribe = self.create_subscription
+        self.own_subscriptions = [
+            subscribe(LaserScan, topic("scan"), self.on_scan, NEWEST),
+            subscribe(Odometry, topic("odom"), self.on_odometry, NEWEST),
+            subscribe(TFMessage, "/tf_static", self.frames.add, LATCHED),
+            subscribe(TFMessage, "/tf", self.frames.add, 100),
         ]
         if topic("imu"):
-            self.heard.append(hear(Imu, topic("imu"), self.on_imu, NEWEST))
+            self.own_subscriptions.append(subscribe(Imu, topic("imu"), self.on_imu, NEWEST))
         if topic("steering"):
-            self.heard.append(hear(JointState, topic("steering"), self.on_steering, NEWEST))
+            self.own_subscriptions.append(subscribe(JointState, topic("steering"), self.on_steering, NEWEST))
         self.emergency.listen(self, topic("emergency_stop"))
         if topic("deadman"):
             kind = Bool if value_of(self, "deadman_button") < 0 else Joy
-            self.heard.append(hear(kind, topic("deadman"), self.on_deadman, NEWEST))
-        self.services_heard = [
+            self.own_subscriptions.append(subscribe(kind, topic("deadman"), self.on_deadman, NEWEST))
+        self.own_services = [
             self.create_service(Trigger, "~/go", self.on_go),
             self.create_service(Trigger, "~/resume", self.on_resume),
             self.create_service(Trigger, "~/stop", self.on_stop),
         ]
         steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self.timers_kept = [
+        self.own_timers = [
             self.create_timer(CHECK_PERIOD, self.on_check, clock=steady),
             self.create_timer(1.0, self.health.publish, clock=steady),
             self.create_timer(HEARTBEAT, self.on_heartbeat, clock=steady),
@@ -195,12 +197,14 @@ class DriveNode(LifecycleNode):
         if value_of(self, "check_odometry"):
             self.watch.start()
         self.get_logger().info(f"speed_limit: no command is faster than {self.speed_limit:g} m/s")
-        if self.emergency.left:
-            self.get_logger().warning(f"{self.emergency.why_wait()}: the car stands until a person lets it go")
+        if self.emergency.previous:
+            self.get_logger().warning(
+                f"{self.emergency.consent_reason()}: the car stays stopped until a person gives consent"
+            )
         return OK
 
     def on_activate(self, state: Any) -> Any:
-        """A person's consent to drive. Refused while something is missing."""
+        """Activation is a person's consent to drive. Refused while an input is missing."""
         self.refusal = self.arm()
         if self.refusal:
             self.get_logger().error(f"not driving: {self.refusal}")
@@ -212,70 +216,70 @@ class DriveNode(LifecycleNode):
         return OK
 
     def on_deactivate(self, state: Any) -> Any:
-        """Stops the car, and leaves the drive topic to others soon after."""
+        """Stops the car, and soon afterward leaves the drive topic to others."""
         self.active = False
         self.watchdog.disarm()
-        self.stops_left = LAST_STOPS
+        self.stops_left = STOPS_AFTER_DEACTIVATION
         self.publish_stop()
         self.emergency.drives(False)
         return OK
 
     def on_cleanup(self, state: Any) -> Any:
-        """Listens no more."""
-        for one in self.heard:
+        """Removes all subscriptions, services and timers."""
+        for one in self.own_subscriptions:
             self.destroy_subscription(one)
-        for one in self.services_heard:
+        for one in self.own_services:
             self.destroy_service(one)
-        for one in self.timers_kept:
+        for one in self.own_timers:
             self.destroy_timer(one)
         self.emergency.leave(self)
         self.watch.stop()
-        self.heard = []
+        self.own_subscriptions = []
         return OK
 
     def on_shutdown(self, state: Any) -> Any:
-        """Stops the car for good."""
+        """Stops the car."""
         self.halt()
         return OK
 
     def on_error(self, state: Any) -> Any:
-        """Whatever went wrong, the car stops."""
+        """Stops the car after any error."""
         self.halt()
         return OK
 
     def halt(self) -> None:
-        """Stops the car and waits a moment until the others have it."""
+        """Stops the car and waits briefly for the acknowledgment."""
         was_active, self.active = self.active, False
         self.watchdog.disarm()
         if was_active or self.stops_left:
-            for _ in range(FAREWELL):
+            for _ in range(STOPS_AT_EXIT):
                 self.publish_stop()
             self.emergency.drives(False)
-            self.rivals.claim(False)
-            self.drive.wait_for_all_acked(Duration(seconds=ACKNOWLEDGED))
-        self.watch.stop()  # last: it waits for its thread
+            self.other_drivers.claim(False)
+            self.drive.wait_for_all_acked(Duration(seconds=ACK_TIMEOUT))
+        self.watch.stop()  # last, because it joins its thread
 
     # Time.
 
     def now(self) -> float:
-        """[s] of the clock that stamps are of."""
+        """Time [s] of the clock of the stamps."""
         return float(self.get_clock().now().nanoseconds) * 1e-9
 
     def watch_now(self) -> float:
-        """[s] of the clock that silence is measured with: one that cannot jump, unless the time is simulated."""
+        """Time [s] of the clock for timeouts: it cannot jump, unless the time is simulated."""
         return self.now() if self._used_sim_time else time.monotonic()
 
     def _clock_reason(self) -> str:
-        """Why a simulated clock cannot be trusted."""
+        """Why the simulated clock is invalid; empty if it is valid."""
         return self.clock.reason(time.monotonic()) if self._used_sim_time else ""
 
-    def look(self) -> None:
-        """Takes in what time it is, and stops the car if a clock, a source or the node itself fell silent. Call often.
+    def check_timeouts(self) -> None:
+        """Reads the clocks, and stops the car if a clock, a source or the node itself has timed out. Call often.
 
         While the car may not drive, the timeouts follow the measured periods.
         """
         steady = time.monotonic()
-        self.clock.look(self.now(), steady)
+        self.clock.update(self.now(), steady)
         if not self.watchdog.armed:
             self._set_timeouts()
         elif self._clock_reason():
@@ -283,48 +287,48 @@ class DriveNode(LifecycleNode):
         armed = self.watchdog.armed
         reason = self.watchdog.check(self.watch_now(), steady)
         if reason and armed:
-            self._say_stop(reason)
+            self._log_stop(reason)
 
     # Consent and stops.
 
     def arm(self) -> str:
-        """Why the car may not drive; empty when it does from now on."""
-        self.look()
+        """Arms the watchdog: returns why the car may not drive; empty if it drives from now on."""
+        self.check_timeouts()
         reason = EMERGENCY if self.emergency.pressed else self.ready()
         reason = reason or ("dead-man released" if DEADMAN in self.watchdog.timeouts and not self.deadman.held else "")
         reason = reason or self.watchdog.arm(self.watch_now())
         if not reason:
-            self.rivals.claim(True)
+            self.other_drivers.claim(True)
         return reason
 
     def ready(self) -> str:
-        """What is still missing before the car could drive; empty when nothing is."""
+        """What is missing before the car could drive; empty if nothing is."""
         missing = self._clock_reason() or self.watchdog.missing(self.watch_now()) or self._mount_reason()
-        return missing or self._rate_reason() or self.rivals.reason(False) or self.watch.reason
+        return missing or self._rate_reason() or self.other_drivers.reason(False) or self.watch.reason
 
     def may_go(self) -> str:
-        """Why `go` does not make the node drive now, without a person; empty when it does."""
-        return self.emergency.why_wait() or self.ready()
+        """Why the parameter `go` does not start the node now; empty if it does."""
+        return self.emergency.consent_reason() or self.ready()
 
     def may_drive(self) -> bool:
-        """Whether a person let it, and nothing spoke against it when it was last looked at."""
+        """Whether a person gave consent and the last check found no reason to stop."""
         return self.active and self.watchdog.armed
 
     def trip(self, reason: str) -> None:
-        """Stops until a person lets it go on."""
+        """Stops the car until a person gives consent again."""
         was_armed, reason = self.watchdog.armed, self.watchdog.trip(reason)
         if self.active:
             self.publish_stop()
         if was_armed:
-            self._say_stop(reason)
+            self._log_stop(reason)
 
-    def _say_stop(self, reason: str) -> None:
+    def _log_stop(self, reason: str) -> None:
         service = f"{self.get_fully_qualified_name()}/resume"
-        self.get_logger().error(f"stopped: {reason}; `firstlap resume` or the service {service} lets it go on")
+        self.get_logger().error(f"stopped: {reason}; continue with `firstlap resume` or the service {service}")
         self.health.publish()
 
     def on_go(self, request: Any, response: Any) -> Any:
-        """~/go: a person's consent, whether the node was never active or was stopped."""
+        """~/go: a person's consent, for an inactive or a stopped node."""
         if self.active:
             return self.on_resume(request, response)
         self.trigger_activate()
@@ -344,13 +348,13 @@ class DriveNode(LifecycleNode):
         return response
 
     def on_stop(self, request: Any, response: Any) -> Any:
-        """~/stop: as an emergency stop, for once."""
+        """~/stop: stops the car, like one press of the emergency stop."""
         self.trip("~/stop was called")
         response.success, response.message = True, "stopped"
         return response
 
     def on_deadman(self, message: Any) -> None:
-        """Held, let go, or pressed anew."""
+        """Handles the dead-man's switch: held, released, or pressed again."""
         now = self.watch_now()
         trusted = self.watchdog.silent(DEADMAN, now) <= self.watchdog.timeouts[DEADMAN]
         held, reason = button_of(message, value_of(self, "deadman_button"))
@@ -361,28 +365,28 @@ class DriveNode(LifecycleNode):
         self.watchdog.feed(DEADMAN, now)
         if not held:
             self.trip("dead-man released")
-        elif fresh and self.active and not self.watchdog.armed and _for_want_of_a_hand(self.watchdog.tripped):
+        elif fresh and self.active and not self.watchdog.armed and _is_deadman_stop(self.watchdog.tripped):
             reason = self.arm()
             self.get_logger().info(f"dead-man pressed: {reason or 'driving'}")
 
     def on_heartbeat(self) -> None:
-        """Tells other driving nodes on the topic, and gives way to one that has precedence."""
-        self.emergency.look(self)
+        """Publishes the claim to the topic, and yields to a node with precedence."""
+        self.emergency.check_publishers(self)
         drives = self.may_drive()
-        self.rivals.claim(drives)
-        reason = self.rivals.reason(True) if drives else ""
+        self.other_drivers.claim(drives)
+        reason = self.other_drivers.reason(True) if drives else ""
         if reason:
             self.trip(reason)
             self.trigger_deactivate()
-            self.stops_left = 0  # the topic is the other's: a stop among its commands would brake its car
+            self.stops_left = 0  # the topic belongs to the other node: a stop among its commands would brake the car
 
     def on_check(self) -> None:
-        """Looks for silence and contradictions, and repeats a stop for as long as it lasts."""
+        """Checks timeouts and odometry, and repeats the stop command while stopped."""
         for remark in self.watch.take_news():
             self.get_logger().warning(remark)
         if self.watch.reason:
             self.trip(self.watch.reason)
-        self.look()
+        self.check_timeouts()
         if self.active:
             if not self.may_drive():
                 self.publish_stop()
@@ -390,14 +394,14 @@ class DriveNode(LifecycleNode):
             self.stops_left -= 1
             self.publish_stop()
         if not self.watchdog.armed:
-            self.traces.stands()
+            self.traces.publish_stopped()
 
     # Sources.
 
     def _take(self, source: str, message: Any, reason: str, took: float = 0.0) -> bool:
-        """Whether a message may be used; the watchdog hears of it. took: [s] that it was measured for."""
+        """Whether a message may be used; updates the watchdog. took: [s] duration of the measurement."""
         now = self.watch_now()
-        if self.watchdog.silent(source, now) > FORGET:
+        if self.watchdog.silent(source, now) > RESTART_SILENCE:
             self.stamps[source].forget()
             self.periods[source].forget()
         stamp = seconds(message.header.stamp)
@@ -407,52 +411,52 @@ class DriveNode(LifecycleNode):
             return False
         self.stamps[source].take(stamp)
         self.watchdog.feed(source, now)
-        self.steps[source] = self.periods[source].hear(stamp)
+        self.steps[source] = self.periods[source].add(stamp)
         return True
 
     def _when(self, message: Any) -> float:
-        """[s] of a message, by its stamp; by now where the clocks of the sensors differ."""
+        """Time [s] of a message: its stamp, or now if the sensors' clocks differ."""
         return seconds(message.header.stamp) if self.stamps["scan"].max_age > 0.0 else self.now()
 
     def on_odometry(self, message: Any) -> None:
-        """Speed and yaw rate."""
+        """Takes speed and yaw rate."""
         twist = message.twist.twist
         if self._take("odom", message, self.state.odometry_reason(twist)):
             self.health.count("odom")
-            self.state.hear_odometry(seconds(message.header.stamp), twist)
-            self.watch.hear_odometry(self._when(message), twist, message.pose.pose)
+            self.state.add_odometry(seconds(message.header.stamp), twist)
+            self.watch.add_odometry(self._when(message), twist, message.pose.pose)
 
     def on_imu(self, message: Any) -> None:
-        """Yaw rate."""
+        """Takes the yaw rate."""
         if self._take("imu", message, self.state.imu_reason(message)):
-            self.state.hear_imu(seconds(message.header.stamp), message)
-            self.watch.hear_yaw_rate(message.angular_velocity.z)
+            self.state.add_imu(seconds(message.header.stamp), message)
+            self.watch.add_yaw_rate(message.angular_velocity.z)
 
     def on_steering(self, message: Any) -> None:
-        """Wheel angle."""
+        """Takes the steering angle."""
         if self._take("steering", message, self.state.steering_reason(message)):
-            self.state.hear_steering(message)
+            self.state.add_steering(message)
 
     def _mount_reason(self) -> str:
-        """Why the laser's place is not known."""
+        """Why the LiDAR mounting is unknown; empty if it is known."""
         return "" if self.mount else self.watchdog.rejected.get("scan", "no scan yet")
 
     def _mount_in(self, frame: str) -> tuple[Mount | None, str]:
-        """Where the laser of scans in this frame sits, or why that is not known. Raises InputError, ValueError."""
+        """The LiDAR mounting of scans in this frame, or None and why it is unknown. Raises InputError, ValueError."""
         if self.mount and frame == self.mount_frame:
             return self.mount, ""
         base = value_of(self, "base_frame")
         if value_of(self, "laser_from_tf"):
             place = self.frames.find(base, frame)
             if place is None:
-                return None, f"no transform from {base} to {frame or 'its empty frame'}"
+                return None, f"no transform from {base} to {frame or 'the empty frame of the scan'}"
             return mount_of(place), ""
         if self.mount_frame is not None and frame != self.mount_frame:
-            return None, f"frame {frame} where it was {self.mount_frame}"
+            return None, f"the scan's frame changed from {self.mount_frame} to {frame}"
         return Mount(*self.driving.laser_given, float(value_of(self, "laser_yaw")), False), ""
 
     def _set_mount(self, frame: str) -> str:
-        """From now on the laser sits where scans in this frame say. Why it cannot; empty when it does."""
+        """Sets the LiDAR mounting for scans in this frame. Returns why that fails; empty if it does not."""
         try:
             mount, reason = self._mount_in(frame)
             if mount and frame != self.mount_frame:
@@ -464,21 +468,21 @@ class DriveNode(LifecycleNode):
         return reason
 
     def _read(self, message: Any, mount: Mount) -> tuple[_core.LaserScan | None, str]:
-        """The scan as the driver takes it; and why it must not be used, empty when it may."""
+        """The converted scan, and why it must not be used; empty if it may."""
         scan, found = judged(message, mount, self.periods["scan"].seconds)
         self._remark(found.remarks)
         return scan, found.reason
 
     def _remark(self, remarks: Iterable[str]) -> None:
-        """Each kind once: it is the same of every scan, but for its numbers."""
+        """Logs each kind of remark once; remarks of later scans differ only in numbers."""
         for remark in remarks:
             about = remark.partition(" ")[0]
-            if about not in self.remarked:
-                self.remarked.add(about)
+            if about not in self.logged_remarks:
+                self.logged_remarks.add(about)
                 self.get_logger().warning(remark)
 
     def on_scan(self, message: Any) -> None:
-        """The loop: one scan in, one command out."""
+        """The control loop: one scan in, one command out."""
         began = time.perf_counter()
         reason = self._set_mount(message.header.frame_id)
         scan: _core.LaserScan | None = None
@@ -491,8 +495,8 @@ class DriveNode(LifecycleNode):
         stamp, dt = seconds(message.header.stamp), self.steps["scan"]
         self.health.scan(dt, self.periods["scan"].seconds)
         if scan and self.mount:
-            self.watch.hear_scan(scan, self._when(message) + sweep, self.mount)
-        self.look()
+            self.watch.add_scan(scan, self._when(message) + sweep, self.mount)
+        self.check_timeouts()
         if not (self.may_drive() and scan):
             return
         speed, yaw_rate, steering_angle = self.state.now()
@@ -505,13 +509,13 @@ class DriveNode(LifecycleNode):
             return
         self.publish_drive(*limited, message.header.stamp)
         now = self.now()
-        end = min(stamp + sweep, now)  # of the scan: some drivers stamp its first beam, some its last
+        end = min(stamp + sweep, now)  # some LiDAR drivers stamp the first beam, some the last
         self.health.step(spent, time.perf_counter() - began, now - end, command.status)
         self.markers.publish(self.driving.handle, stamp)
         self.traces.publish((speed, yaw_rate, steering_angle), end, spent, limited)
 
     def publish_drive(self, speed: float, steering_angle: float, stamp: Any = None) -> None:
-        """A command; its stamp is the one of the scan that it answers, or now."""
+        """Publishes a command, with the stamp of its scan, or now."""
         message = AckermannDriveStamped()
         message.header.frame_id = value_of(self, "base_frame")
         if stamp is None:
@@ -519,15 +523,15 @@ class DriveNode(LifecycleNode):
         else:
             message.header.stamp = stamp
         message.drive.speed, message.drive.steering_angle = speed, steering_angle
-        self.state.hear_command(steering_angle)
-        self.watch.hear_command(self.now(), speed)
+        self.state.add_command(steering_angle)
+        self.watch.add_command(self.now(), speed)
         self.drive.publish(message)
 
     def publish_stop(self) -> None:
-        """Speed 0 with the wheels as they are: turning them now would leave the path."""
+        """Publishes speed 0 with the last steering angle, so that the car stays on its path."""
         self.publish_drive(0.0, self.state.commanded)
 
 
-def _for_want_of_a_hand(reason: str) -> bool:
-    """Whether a stop was only for want of the dead-man's hand."""
+def _is_deadman_stop(reason: str) -> bool:
+    """Whether a stop was only due to the dead-man's switch."""
     return reason.startswith(("dead-man", f"no {DEADMAN}"))

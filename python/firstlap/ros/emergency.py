@@ -1,9 +1,9 @@
-"""The emergency stop as a driving node hears it: from any publisher, latched or not, and from the node before it.
+"""The emergency stop of a driving node: from any publisher, latched or not, or left by the previous node.
 
-Two subscriptions, for one that asks for the latched message is not matched with a publisher that latches none, and that
-one (`ros2 topic pub`) is warned of it: the second is made only where somebody latches. A latched `true` holds for
-whoever comes later. A latched `false` says nothing: it may be older than the `true` of somebody else, so only one that
-is said now takes the ban away.
+There are two subscriptions, because a latched (transient local) one does not match a volatile publisher such as `ros2
+topic pub`, which would print a warning. The latched one is only made if there is a latched publisher. A latched `true`
+holds for late subscribers. A latched `false` is ignored: it may be older than the `true` of another publisher, so only
+a newly published `false` releases the stop.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from firstlap.ros.qos import NEWEST_LATCHED
 
 
 class EmergencyStop:
-    """trip: stops the car; called with every word that says so. kept: what outlives the node's process."""
+    """trip: stops the car; called for each `true`. kept: persists the stop beyond the node's process."""
 
     def __init__(self, kept: PersistentStop, trip: Callable[[str], object]) -> None:
         self._kept, self._trip = kept, trip
@@ -28,37 +28,37 @@ class EmergencyStop:
         self._heard: Any = None
         self._heard_latched: Any = None
         self._drives = False
-        self.left = kept.read()
-        """EMERGENCY or DRIVING: what came to pass before this node drove, with it or with the one before."""
-        self.pressed = self.left == EMERGENCY
+        self.previous = kept.read()
+        """EMERGENCY or DRIVING: an event before this node drove, in this or the previous node; else empty."""
+        self.pressed = self.previous == EMERGENCY
 
     def listen(self, node: Any, topic: str) -> None:
-        """On a topic, which may be empty."""
+        """Subscribes to a topic, which may be empty."""
         self._topic = topic
         if topic:
-            self._heard = node.create_subscription(Bool, topic, self.on_word, 1)
-            self.look(node)
+            self._heard = node.create_subscription(Bool, topic, self.on_message, 1)
+            self.check_publishers(node)
 
-    def look(self, node: Any) -> None:
-        """Call often: whether somebody latches it."""
+    def check_publishers(self, node: Any) -> None:
+        """Subscribes to latched messages once there is a latched publisher. Call periodically."""
         if self._heard is None or self._heard_latched is not None:
             return
-        said = node.get_publishers_info_by_topic(node.resolve_topic_name(self._topic))
-        if any(one.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL for one in said):
-            quiet = SubscriptionEventCallbacks(use_default_callbacks=False)  # of those that do not
+        publishers = node.get_publishers_info_by_topic(node.resolve_topic_name(self._topic))
+        if any(one.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL for one in publishers):
+            quiet = SubscriptionEventCallbacks(use_default_callbacks=False)  # no warnings about volatile publishers
             self._heard_latched = node.create_subscription(
                 Bool, self._topic, self.on_latched, NEWEST_LATCHED, event_callbacks=quiet
             )
 
     def leave(self, node: Any) -> None:
-        """Listens no more."""
+        """Removes the subscriptions."""
         for one in (self._heard, self._heard_latched):
             if one is not None:
                 node.destroy_subscription(one)
         self._heard = self._heard_latched = None
 
-    def on_word(self, message: Any) -> None:
-        """True stops; false only takes the ban away."""
+    def on_message(self, message: Any) -> None:
+        """True stops the car; false releases the emergency stop."""
         if message.data:
             self.on_latched(message)
         elif self.pressed:
@@ -66,26 +66,26 @@ class EmergencyStop:
             self._keep()
 
     def on_latched(self, message: Any) -> None:
-        """True stops."""
+        """True stops the car."""
         if not message.data:
             return
         self._trip(EMERGENCY)
         if not self.pressed:
             self.pressed = True
-            self.left = "" if self._drives else EMERGENCY
+            self.previous = "" if self._drives else EMERGENCY
             self._keep()
 
     def drives(self, drives: bool) -> None:
-        """Whether the node drives from now on: one that dies meanwhile is told of to the next."""
-        self._drives, self.left = drives, ""
+        """Records whether the node drives, so that the next node knows if this one dies."""
+        self._drives, self.previous = drives, ""
         self._keep()
 
     def _keep(self) -> None:
         self._kept.keep(EMERGENCY if self.pressed else DRIVING if self._drives else "")
 
-    def why_wait(self) -> str:
-        """Why the node's own `go` is not enough, and a person must speak; empty where it is."""
+    def consent_reason(self) -> str:
+        """Why the parameter `go` is not enough and a person must give consent; empty if it is enough."""
         return {
             EMERGENCY: "an emergency stop was pressed before it drove",
-            DRIVING: "the node before this one died while it drove",
-        }.get(self.left, "")
+            DRIVING: "the previous node died while it drove",
+        }.get(self.previous, "")

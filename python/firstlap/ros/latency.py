@@ -1,4 +1,4 @@
-"""From a scan to the command that answers it, through DDS, between two processes: measured as a user has it."""
+"""Measures the latency from a scan to its drive command, over DDS and between two processes."""
 
 from __future__ import annotations
 
@@ -26,24 +26,24 @@ from firstlap.sim.race import start_race
 from firstlap.tracks.library import load_track
 
 SCANS = 600
-"""Of a real lap, played again and again."""
+"""Number of recorded scans, played in a loop."""
 WARM_UP = 2.0
-"""[s] before it counts: the node, which tells of itself once a second, has told of its first scans."""
+"""[s] Warm-up, not measured; long enough for the node's first diagnostics."""
 FASTEST = 20.0
-"""[m/s] The scans are played, whatever is commanded: nothing is held back."""
+"""[m/s] The node's speed limit; commands have no effect on the played scans."""
 STOPPED = 10
-"""Commands to stand in a row after which the node is told to go on."""
+"""Number of consecutive stop commands after which the node is resumed."""
 READY = 30.0
-"""[s] until the driving node must have started."""
+"""[s] Timeout of the driving node's start."""
 BINS = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0, 10.0, 15.0, 20.0, 30.0, 50.0, 100.0)
 """[ms] upper edges of the histogram."""
 
 
 @dataclass
 class Latency:
-    """scan_to_drive: [ms] one a command. node: what it says of its own work. memory: [MB] of it, once a
-    second. stops: how often it stopped, because the machine starved it or the scans, and was told to go on. unsent:
-    scans that were played so late that the node must count them as missed. missed_before: those of the warm-up."""
+    """scan_to_drive: [ms] one per command. node: its own diagnostics. memory: [MB] of the node, once a second. stops:
+    number of stops on an overloaded machine, after which the node was resumed. unsent: scans that were sent so late
+    that the node counts them as missed. missed_before: scans missed during the warm-up."""
 
     scans: int = 0
     scan_to_drive: list[float] = field(default_factory=list)
@@ -56,16 +56,16 @@ class Latency:
 
     @property
     def missed(self) -> int:
-        """Scans that were sent and that the node did not hear."""
+        """Number of scans that were sent but not received by the node."""
         return max(0, self.missed_in_all - self.missed_before - self.unsent)
 
     @property
     def missed_in_all(self) -> int:
-        """As the node counts them, since it started."""
+        """Number of missed scans since the node's start, as it counts them."""
         return int(self.node.get(MISSED, "0"))
 
     def summary(self) -> dict[str, Any]:
-        """For --json; times are None where no scan was answered."""
+        """The result for --json; times are None without any command."""
         times: dict[str, float | None] = dict.fromkeys(("p50", "p90", "p99", "max"))
         if self.scan_to_drive:
             found = np.percentile(self.scan_to_drive, (50, 90, 99, 100))
@@ -84,14 +84,14 @@ class Latency:
         }
 
     def histogram(self) -> list[tuple[float | None, int]]:
-        """(upper edge [ms], commands) of each bin; the last has no edge."""
+        """(upper edge [ms], number of commands) of each bin; the last bin has no edge."""
         edges = np.array([0.0, *BINS, np.inf])
         counts, _ = np.histogram(self.scan_to_drive, edges)
         return [(edge, int(count)) for edge, count in zip((*BINS, None), counts, strict=True)]
 
 
 def lap_of_scans(setup: Setup, track: str) -> tuple[list[npt.NDArray[np.float32]], list[tuple[float, float]], Any]:
-    """Scans, (speed, yaw rate) and the header of a race in the plain simulator."""
+    """Scans, (speed [m/s], yaw rate [rad/s]) and the scan header of a simulated race."""
     kind = driver_kind(setup.driver)
     car = load_car("default")
     handle = kind.make(setup.params(car.core), car, Preparation())
@@ -105,13 +105,13 @@ def lap_of_scans(setup: Setup, track: str) -> tuple[list[npt.NDArray[np.float32]
 
 
 def measure(
-    setup: Setup, track: str, seconds: float, rate: float, look: Callable[[float], object] | None = None
+    setup: Setup, track: str, seconds: float, rate: float, progress: Callable[[float], object] | None = None
 ) -> Latency:
-    """Starts a driving node in a domain of its own and plays scans to it. Raises InputError."""
+    """Starts a driving node in a separate domain and plays scans to it. Raises InputError."""
     played = lap_of_scans(setup, track)
     with TemporaryDirectory() as folder, own_domain() as domain:
         os.environ.update({"ROS_DOMAIN_ID": str(domain), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"})
-        os.environ["XDG_RUNTIME_DIR"] = folder  # what an earlier node left there is nothing to this one
+        os.environ["XDG_RUNTIME_DIR"] = folder  # ignores the state that earlier nodes have left
         chosen = Path(folder) / "setup.yaml"
         chosen.write_text(_as_yaml(setup))
         command = [
@@ -121,7 +121,7 @@ def measure(
         ]
         node = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         try:
-            return _play(played, node, seconds, rate, look)
+            return _play(played, node, seconds, rate, progress)
         finally:
             node.terminate()
             try:
@@ -138,7 +138,7 @@ def _as_yaml(setup: Setup) -> str:
 
 
 def _memory(process: int) -> list[float]:
-    """Resident memory [MB] where the system tells it."""
+    """Resident memory [MB], if the system provides it."""
     try:
         pages = int(Path(f"/proc/{process}/statm").read_text().split()[1])
     except OSError:
@@ -146,7 +146,7 @@ def _memory(process: int) -> list[float]:
     return [pages * os.sysconf("SC_PAGE_SIZE") / 1e6]
 
 
-def _play(played: Any, node: Any, seconds: float, rate: float, look: Callable[[float], object] | None) -> Latency:
+def _play(played: Any, node: Any, seconds: float, rate: float, progress: Callable[[float], object] | None) -> Latency:
     import rclpy
     from ackermann_msgs.msg import AckermannDriveStamped
     from diagnostic_msgs.msg import DiagnosticArray
@@ -176,15 +176,15 @@ def _play(played: Any, node: Any, seconds: float, rate: float, look: Callable[[f
         began = sent.pop(key(message.header.stamp), None)
         if began is not None and counting:
             found.scan_to_drive.append(1e3 * (time.perf_counter() - began))
-        stopped = stopped + 1 if began is None else 0  # the watchdog's stops answer no scan
+        stopped = stopped + 1 if began is None else 0  # the watchdog's stops have no scan
         if stopped == STOPPED:
             found.stops += counting and playing
             resume.call_async(Trigger.Request())
             stopped = 0
 
     def on_diagnostics(message: Any) -> None:
-        told = {value.key: value.value for value in message.status[0].values}
-        found.node = {name: value for name, value in told.items() if "[us]" in name or name == MISSED}
+        values = {value.key: value.value for value in message.status[0].values}
+        found.node = {name: value for name, value in values.items() if "[us]" in name or name == MISSED}
 
     scan_out = probe.create_publisher(LaserScan, "scan", qos_profile_sensor_data)
     odom_out = probe.create_publisher(Odometry, "odom", qos_profile_sensor_data)
@@ -200,7 +200,7 @@ def _play(played: Any, node: Any, seconds: float, rate: float, look: Callable[[f
                 executor.spin_once(timeout_sec=wait)
                 continue
             if node.poll() is not None or (answered_at is None and due - begin > READY):
-                raise InputError("the driving node did not start: try `firstlap drive` by itself")
+                raise InputError("the driving node did not start: run `firstlap drive` to see why")
             before, now = now, probe.get_clock().now().nanoseconds * 1e-9
             if counting:
                 found.unsent += missed_between(now - before, 1.0 / rate)
@@ -219,8 +219,8 @@ def _play(played: Any, node: Any, seconds: float, rate: float, look: Callable[[f
                 found.scans += 1
                 if found.scans % round(max(rate, 1.0)) == 1:
                     found.memory += _memory(node.pid)
-                if look:
-                    look(found.scans / total)
+                if progress:
+                    progress(found.scans / total)
             if len(sent) > SCANS:
                 sent.pop(next(iter(sent)))
         playing = False

@@ -1,4 +1,4 @@
-"""The walls of a map that is published: nav_msgs/OccupancyGrid as lines."""
+"""The walls of a nav_msgs/OccupancyGrid as polylines."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from firstlap.tracks.medial import contours
 from firstlap.tracks.track import FloatArray
 
 OCCUPIED = 50
-"""[%] from which a cell is a wall; unknown ones are none."""
+"""[%] Occupancy from which a cell is a wall; unknown cells are not."""
 MAX_CELLS = 25_000_000
 MAX_LINES = 2_000
-"""The longest are kept."""
+"""Maximum number of polylines; the longest are kept."""
 SMOOTH = 0.4
-"""Cells that a line may leave out."""
+"""Tolerance of the simplification, in cells."""
 
 
 def walls_of(grid: Any) -> tuple[FloatArray, ...]:
-    """Outlines (N, 2) of what is occupied, in the map's frame [m]. Raises ValueError for a message without sense."""
+    """Outlines (N, 2) [m] of the occupied cells in the map frame. Raises ValueError for an invalid message."""
     rows, columns, resolution = int(grid.info.height), int(grid.info.width), float(grid.info.resolution)
     if not (0 < rows * columns <= MAX_CELLS and rows * columns == len(grid.data) and 0.0 < resolution < 10.0):
         raise ValueError(f"a map of {columns} x {rows} cells of {resolution:g} m in {len(grid.data)} bytes")

@@ -17,7 +17,7 @@ AIM_COLOR = (0.84, 0.15, 0.16, 1.0)
 
 
 class Markers:
-    """Publishes on ~/markers at `marker_rate`, only while someone listens."""
+    """Publishes on ~/markers at `marker_rate`, only while there are subscribers."""
 
     def __init__(self, node: Any) -> None:
         self._node = node
@@ -25,7 +25,7 @@ class Markers:
         self._last = float("-inf")
 
     def publish(self, handle: Any, stamp: float) -> None:
-        """The trace of the last step, of a scan with this stamp."""
+        """Publishes the trace of the last step. stamp: of its scan [s]."""
         rate = value_of(self._node, "marker_rate")
         due = 0.0 <= stamp - self._last < 1.0 / rate if rate > 0.0 else True
         if due or self._publisher.get_subscription_count() == 0:

@@ -1,6 +1,6 @@
-"""Parameters of the nodes that are not parameters of a driver: topics, frames, limits, faults.
+"""Parameters of the nodes, except the drivers' parameters: topics, frames, limits, faults.
 
-One row each; a default is written here and nowhere else. Topics are relative, so that a namespace moves them.
+One row per parameter, the single source of its default. Topics are relative to the namespace.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Entry:
-    """One ROS parameter. min, max: of a number. fixed: cannot be changed once the node runs."""
+    """One ROS parameter. min, max: range of a number. fixed: read-only once the node runs."""
 
     name: str
     default: str | float | int | bool
@@ -77,9 +77,9 @@ DRIVE = (
     Entry("trace_rate", 20.0, "[Hz] rate of the topics under ~/trace while someone subscribes; 0: none", 0.0, 100.0),
 )
 
-TOLD = (
-    Entry("driving_driver", "", "what drives; told, never asked: `driver` asks", fixed=True),
-    Entry("driving_setup", "", "the setup that was loaded; told, never asked: `setup` asks", fixed=True),
+IDENTITY = (
+    Entry("driving_driver", "", "the current driver (read-only; choose it with `driver`)", fixed=True),
+    Entry("driving_setup", "", "the loaded setup (read-only; choose it with `setup`)", fixed=True),
 )
 
 SIM = (

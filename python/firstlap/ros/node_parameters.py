@@ -1,4 +1,4 @@
-"""ROS parameters from our tables: declared with range and description, refused with a reason."""
+"""ROS parameters from the field tables: declared with range and description, refused with a reason."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ UNBOUNDED = 1e9
 
 
 def declare_entries(node: Any, entries: Iterable[Entry]) -> None:
-    """Declares the rows of a table of `names`; what a launch file gave replaces the default. Raises ValueError."""
+    """Declares the rows of a table in `names`; values from a launch file replace the defaults. Raises ValueError."""
     for entry in entries:
         _declare(node, entry.name, entry.default, entry.doc, entry.min, entry.max, entry.fixed)
 
 
 def declare_fields(node: Any, fields: Iterable[Field], values: Callable[[Field], Any]) -> None:
-    """Declares the parameters of a driver as section.name, at `values(field)`. Raises ValueError."""
+    """Declares the parameters of a driver as section.name, with the values `values(field)`. Raises ValueError."""
     for field in fields:
         doc = f"{field.doc} [{field.unit}]" if field.unit else field.doc
         _declare(node, field.key, values(field), doc, field.min, field.max, False)
 
 
-def tell(node: Any, entries: Iterable[Entry], values: dict[str, str]) -> None:
-    """Declares rows that the node itself fills in: nobody else can."""
+def declare_read_only(node: Any, entries: Iterable[Entry], values: dict[str, str]) -> None:
+    """Declares read-only rows, whose values are set by the node."""
     from rcl_interfaces.msg import ParameterDescriptor
 
     for entry in entries:
@@ -45,7 +45,7 @@ def _declare(node: Any, name: str, default: Any, doc: str, low: float | None, hi
     try:
         node.declare_parameter(name, default, descriptor)
     except (InvalidParameterTypeException, InvalidParameterValueException) as error:
-        allowed = "" if low is None else f"; allowed is {low:g} to {high:g}"
+        allowed = "" if low is None else f"; expected {low:g} to {high:g}"
         raise ValueError(f"parameter {name}: {error}{allowed}") from None
 
 
@@ -55,7 +55,7 @@ def value_of(node: Any, name: str) -> Any:
 
 
 def result(reason: str = "") -> Any:
-    """What a callback for changed parameters returns: good, or refused with a reason."""
+    """The result of a parameter callback: success, or refusal with a reason."""
     from rcl_interfaces.msg import SetParametersResult
 
     return SetParametersResult(successful=not reason, reason=reason)

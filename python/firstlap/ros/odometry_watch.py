@@ -1,6 +1,6 @@
-"""Odometry held against the scans, its own poses and the commands while the node runs.
+"""Checks odometry against scans, its own poses and commands while the node runs.
 
-The driving thread only notes numbers; what is computed is computed in a thread of its own. Nothing waits for anything.
+The driving thread only records numbers; a separate thread computes. Neither waits for the other.
 """
 
 from __future__ import annotations
@@ -21,51 +21,51 @@ from firstlap.perception.scan import Mount
 from firstlap.ros.conversions import yaw_of
 
 POLL = 0.02
-"""[s] between two looks for a new scan."""
-LEAST = 0.005
-"""[s] between two odometry messages that are noted."""
-NOTED = 4096
-"""Odometry messages, and commands, that are noted; half of them may be read."""
-LOOKED_AT = 70
-"""Steps that are kept."""
-JUDGED = 3
-"""Steps from one judgment to the next."""
+"""[s] Polling period for new scans."""
+MIN_PERIOD = 0.005
+"""[s] Minimum period of recorded odometry messages."""
+BUFFER_SIZE = 4096
+"""Size of the buffers of odometry messages and of commands; half of it may be read."""
+KEPT_STEPS = 70
+"""Number of scan steps kept."""
+CHECK_INTERVAL = 3
+"""Number of scan steps between two checks."""
 CONFIRMED, CONFIRMED_SCALE = 2, 8
-"""Judgments in a row that make a gross contradiction; one that only is a factor, and no known mistake, is waited for
-until all that it is judged by is new: wheels that spin or lock give one too."""
+"""Number of consecutive checks that confirm a gross contradiction. A wrong scale without a known cause needs entirely
+new data, because spinning or locking wheels cause it too."""
 SWITCH = 5e-4
-"""[s] that a thread of Python may keep others waiting; the usual 5 ms are too much for a thread that drives."""
+"""[s] Thread switch interval of Python; the default 5 ms would delay the driving thread too much."""
 NAMES = {STANDING: "the scans"}
 PRESENT = (STANDING, COMMANDS)
-"""What is known only while it lasts."""
+"""References that are only valid while they are available."""
 CARRIED = 10.0
-"""[s] after which scans that moved while odometry stood are forgotten: the car was carried. If it was driven, it stands
-by now, and only a person lets it try again."""
+"""[s] After this time, a motion in the scans with odometry at zero is discarded: the car was carried. If it was
+driving, it has stopped by now, and only a person can restart it."""
 JUMP = 1.5
-"""[m/s] that no car's speed changes by from one step to the next: it was put elsewhere, or ran into something."""
+"""[m/s] A larger change of speed between two steps means that the car was moved by hand or hit something."""
 
 
 class _Ring:
-    """Rows of numbers by time: one thread writes, another reads the newest half, without a lock."""
+    """A lock-free ring buffer of rows ordered by time: one thread writes, another reads the newest half."""
 
     def __init__(self, columns: int) -> None:
-        self._rows = np.zeros((NOTED, columns))
+        self._rows = np.zeros((BUFFER_SIZE, columns))
         self._count = self._first = 0
         self.last = -math.inf
 
     def note(self, row: tuple[float, ...]) -> None:
-        """One more; its first number is the time, and one that goes back begins anew."""
+        """Adds a row, which begins with the time. A decreasing time clears the buffer."""
         if row[0] <= self.last:
             self._first = self._count
-        self._rows[self._count % NOTED] = row
+        self._rows[self._count % BUFFER_SIZE] = row
         self.last = row[0]
         self._count += 1
 
     def newest(self) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
-        """(M, columns), in the order of time."""
+        """(M, columns) rows, ordered by time."""
         count = self._count
-        first = max(self._first, count - NOTED // 2)
-        return self._rows[np.arange(first, count) % NOTED]
+        first = max(self._first, count - BUFFER_SIZE // 2)
+        return self._rows[np.arange(first, count) % BUFFER_SIZE]
 
 
 Row = tuple[float, float, float, float, float, float, float]
@@ -78,7 +78,7 @@ class _Waiting(NamedTuple):
 
 
 class OdometryWatch:
-    """What contradicts what. `reason` and `remarks` may be read at any time."""
+    """Checks odometry. `reason` and `remarks` may be read at any time."""
 
     def __init__(self) -> None:
         self.reason = ""
@@ -89,69 +89,70 @@ class OdometryWatch:
         self._thread: threading.Thread | None = None
 
     def forget(self) -> None:
-        """As if nothing had been heard. Not while the thread runs."""
+        """Resets the state. Not while the thread runs."""
         self._odometry, self._commands = _Ring(7), _Ring(2)
         self._poses_moved = False
         self._first_pose: tuple[float, ...] | None = None
-        self._turning: float | None = None
+        self._yaw_rate: float | None = None
         self._waiting: _Waiting | None = None
         self._done: _Waiting | None = None
         self._mount: Mount | None = None
-        self._steps: deque[ScanStep] = deque(maxlen=LOOKED_AT)
+        self._steps: deque[ScanStep] = deque(maxlen=KEPT_STEPS)
         self._verdicts: dict[Pair, tuple[float, Contradiction | None]] = {}
         self._streaks: Counter[Pair] = Counter()
-        self._unjudged = 0
-        self._told: tuple[str, ...] = ()
+        self._unchecked = 0
+        self._reported: tuple[str, ...] = ()
         self.reason, self.remarks, self.compared = "", (), ()
 
     # The driving thread.
 
-    def hear_odometry(self, time: float, twist: Any, pose: Any) -> None:
-        """A geometry_msgs/Twist in the car's frame and a Pose."""
+    def add_odometry(self, time: float, twist: Any, pose: Any) -> None:
+        """Adds odometry: a geometry_msgs/Twist in the car's frame and a Pose."""
         at = pose.position
         self.note((time, twist.linear.x, twist.linear.y, twist.angular.z, at.x, at.y, yaw_of(pose.orientation)))
 
     def note(self, row: Row) -> None:
-        """Time [s], forward, left [m/s], yaw rate [rad/s], x, y [m], yaw [rad]; what is not finite is not noted."""
+        """Records time [s], forward and lateral speed [m/s], yaw rate [rad/s], x, y [m], yaw [rad]; ignores non-finite
+        rows."""
         time, pose = row[0], row[4:]
-        if not math.isfinite(sum(row)) or 0.0 < time - self._odometry.last < LEAST:
+        if not math.isfinite(sum(row)) or 0.0 < time - self._odometry.last < MIN_PERIOD:
             return
         if self._first_pose is None:
             self._first_pose = pose
         self._poses_moved = self._poses_moved or pose != self._first_pose
-        turning = row[3] if self._turning is None else self._turning
+        turning = row[3] if self._yaw_rate is None else self._yaw_rate
         self._odometry.note((*row[:3], turning, *pose))
 
-    def hear_yaw_rate(self, yaw_rate: float) -> None:
-        """[rad/s] of an IMU, which takes the place of the odometry's."""
-        self._turning = yaw_rate
+    def add_yaw_rate(self, yaw_rate: float) -> None:
+        """Adds an IMU's yaw rate [rad/s], which replaces the odometry's."""
+        self._yaw_rate = yaw_rate
 
-    def hear_command(self, time: float, speed: float) -> None:
-        """[m/s]"""
+    def add_command(self, time: float, speed: float) -> None:
+        """Adds a commanded speed [m/s]."""
         self._commands.note((time, speed))
 
-    def hear_scan(self, scan: _core.LaserScan, time: float, mount: Mount) -> None:
-        """time: [s] of its last beam."""
+    def add_scan(self, scan: _core.LaserScan, time: float, mount: Mount) -> None:
+        """Adds a scan. time: of its last beam [s]."""
         self._waiting = _Waiting(scan, time, mount)
 
     def take_news(self) -> list[str]:
-        """Remarks of pairs that were not remarked when this was last called."""
-        if self.remarks is self._told:
+        """Remarks that are new since the last call."""
+        if self.remarks is self._reported:
             return []
-        before, self._told = {_about(one) for one in self._told}, self.remarks
-        return [one for one in self._told if _about(one) not in before]
+        before, self._reported = {_about(one) for one in self._reported}, self.remarks
+        return [one for one in self._reported if _about(one) not in before]
 
     @property
     def summary(self) -> str:
-        """In one line."""
+        """The result in one line."""
         if self.remarks:
             return "; ".join(self.remarks)
-        return f"agrees with {', '.join(self.compared)}" if self.compared else "nothing to compare it with yet"
+        return f"agrees with {', '.join(self.compared)}" if self.compared else "nothing to compare with yet"
 
     # The other thread.
 
     def start(self) -> None:
-        """Begins to work in a thread of its own."""
+        """Starts the thread."""
         self.stop()
         self.forget()
         self._over.clear()
@@ -160,7 +161,7 @@ class OdometryWatch:
         self._thread.start()
 
     def stop(self) -> None:
-        """Ends it."""
+        """Ends the thread."""
         self._over.set()
         if self._thread is not None:
             self._thread.join()
@@ -170,14 +171,14 @@ class OdometryWatch:
         while not self._over.is_set():
             try:
                 worked = self.work()
-            except Exception as error:  # a check that died must not look like one that found nothing
-                self.remarks = (f"odometry is not checked any more: {error!r}",)
+            except Exception as error:  # a failed check must not look like one without findings
+                self.remarks = (f"odometry is no longer checked: {error!r}",)
                 return
             if not worked:
                 time.sleep(POLL)
 
     def work(self) -> bool:
-        """One scan, if a new one waits. Whether there was one."""
+        """Processes the newest scan, if there is one. Returns whether there was."""
         waiting = self._waiting
         if waiting is None or waiting is self._done:
             return False
@@ -190,22 +191,22 @@ class OdometryWatch:
             if self._steps and (step.begin < self._steps[-1].begin or _jumps(self._steps[-1], step)):
                 self._steps.clear()
             self._steps.append(step)
-            self._unjudged += 1
-            if self._unjudged >= JUDGED:
-                self._unjudged = 0
-                self._judge(step.end)
+            self._unchecked += 1
+            if self._unchecked >= CHECK_INTERVAL:
+                self._unchecked = 0
+                self._check(step.end)
         return True
 
     def steps(self) -> list[ScanStep]:
-        """The newest steps of the scans."""
+        """The newest scan steps."""
         return list(self._steps)
 
-    def _judge(self, now: float) -> None:
+    def _check(self, now: float) -> None:
         rows, commands = self._odometry.newest(), self._commands.newest()
         poses = rows[:, 4:7].copy() if self._poses_moved else None
         if poses is not None:
             poses[:, 2] = np.unwrap(poses[:, 2])
-        turning = TWIST if self._turning is None else "the IMU"
+        turning = TWIST if self._yaw_rate is None else "the IMU"
         odometry = Odometry(rows[:, 0], rows[:, 1:4], poses, turning)
         steps = as_steps(list(self._steps), commands[:, 0], commands[:, 1])
         self._keep(judge(odometry, steps), now)
@@ -215,7 +216,7 @@ class OdometryWatch:
         self.reason = next((one.text for one in found if one.gross), "")
 
     def _keep(self, judged: dict[Pair, Contradiction | None], now: float) -> None:
-        """What was judged before stays until it is judged anew."""
+        """Updates the verdicts; a pair that was not checked now keeps its verdict."""
         for pair, (when, verdict) in list(self._verdicts.items()):
             carried = verdict is not None and verdict.kind == "zero" and now - when > CARRIED
             if carried or (pair.reference in PRESENT and pair not in judged):
@@ -231,11 +232,11 @@ class OdometryWatch:
 
 
 def _jumps(before: ScanStep, after: ScanStep) -> bool:
-    """Whether the scans did not go on as they did."""
+    """Whether the speed changed implausibly between two steps."""
     speeds = [one.forward / (one.end - one.begin) for one in (before, after)]
     return abs(speeds[1] - speeds[0]) > JUMP
 
 
 def _about(remark: str) -> str:
-    """A remark without its numbers, which change all the time."""
+    """A remark without its numbers, to recognize its kind."""
     return "".join(letter for letter in remark if not letter.isdigit())

@@ -1,4 +1,4 @@
-"""Other driving nodes on the drive topic of this one: heard and told by claims on `<drive topic>/claim`."""
+"""Detects other driving nodes on the same drive topic, by claims on `<drive topic>/claim`."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from firstlap.ros.qos import NEWEST_LATCHED
 
 
 class OtherDrivers:
-    """Of a driving node that commands on `topic`."""
+    """Exchanges claims for a driving node that publishes on `topic`."""
 
     def __init__(self, node: Any, topic: str) -> None:
         who = f"{node.get_fully_qualified_name()}, process {os.getpid()} on {socket.gethostname()}"
@@ -25,18 +25,18 @@ class OtherDrivers:
         node.create_subscription(String, f"{topic}/claim", self.on_claim, 10)
 
     def on_claim(self, message: Any) -> None:
-        """Somebody's, perhaps our own."""
+        """Takes a claim, possibly this node's own."""
         try:
-            self._claims.hear(message.data, time.monotonic())
+            self._claims.add(message.data, time.monotonic())
         except ValueError as error:
             self._node.get_logger().error(str(error), throttle_duration_sec=5.0)
 
     def claim(self, drives: bool) -> None:
-        """Tells the others how it stands here."""
+        """Publishes this node's claim."""
         self._publisher.publish(String(data=self._claims.own(drives).encode()))
 
     def reason(self, drives: bool) -> str:
-        """Why this node must not drive; empty where it may. drives: whether it does already."""
+        """Why this node must not drive; empty if it may. drives: whether it drives already."""
         now = time.monotonic()
         if not drives and now - self._began < SETTLE:
             return "looking for other driving nodes"

@@ -1,4 +1,4 @@
-"""How often a source comes, and how long it may be silent: for the driving node and `preflight` alike. Plain Python."""
+"""Message periods and timeouts, shared by the driving node and `preflight`. No ROS imports."""
 
 from __future__ import annotations
 
@@ -6,17 +6,17 @@ from collections import deque
 from typing import NamedTuple
 
 KEPT = 15
-"""Steps between stamps that the period is the median of: a few lost messages do not change it."""
+"""Number of steps in the median of the period, which tolerates a few lost messages."""
 KNOWN = 3
-"""Steps from which the period counts as measured."""
+"""Number of steps from which the period is known."""
 PERIODS = 2.5
-"""Periods that a source may be silent, where nobody says another timeout."""
+"""Automatic timeout, in periods."""
 ROOM = 1.5
-"""Periods that any timeout must have room for: with less, the jitter of a sound source stops the car."""
+"""Minimum timeout, in periods: with a shorter one, normal jitter would stop the car."""
 
 
 class Bounds(NamedTuple):
-    """[s] between which an automatic timeout lies."""
+    """[s] Limits of an automatic timeout."""
 
     least: float
     most: float
@@ -28,19 +28,19 @@ BOUNDS = {
     "imu": Bounds(0.2, 0.3),
     "steering": Bounds(0.2, 0.3),
 }
-"""What is faster than the least may still lose a few messages; the most is 1 m of driving blind at 2 m/s."""
+"""The minimum lets fast sources lose a few messages; the maximum limits driving blind to 1 m at 2 m/s."""
 
 
 class Period:
-    """The period of one source, measured by its own stamps [s]."""
+    """Measures the period of one source by its stamps [s]."""
 
     def __init__(self) -> None:
         self.last: float | None = None
         self._steps: deque[float] = deque(maxlen=KEPT)
         self.seconds = 0.0
 
-    def hear(self, stamp: float) -> float:
-        """A message's stamp. The step since the one before; 0 where that is not known."""
+    def add(self, stamp: float) -> float:
+        """Adds a message's stamp. Returns the step since the previous one; 0 if unknown."""
         step = 0.0 if self.last is None else max(stamp - self.last, 0.0)
         self.last = stamp
         if step > 0.0:
@@ -49,22 +49,22 @@ class Period:
         return step
 
     def forget(self) -> None:
-        """The source may be another one from now on."""
+        """Resets, for example after the source was replaced."""
         self.last, self.seconds = None, 0.0
         self._steps.clear()
 
 
 def timeout_of(given: float, period: float, bounds: Bounds) -> float:
-    """[s] that a source may be silent. given: [s] as somebody wants it; 0: by its period [s], 0 where not known."""
+    """Timeout [s] of a source. given: [s]; 0: computed from its period [s], which is 0 if unknown."""
     if given > 0.0:
         return given
     return min(max(PERIODS * period, bounds.least), bounds.most) if period > 0.0 else bounds.most
 
 
 def rate_reason(source: str, period: float, timeout: float) -> str:
-    """Why a source with this period [s] comes too seldom for its timeout [s]; empty where it does not."""
+    """Why a source with this period [s] is too slow for its timeout [s]; empty if it is not."""
     if period <= 0.0:
-        return f"too little of {source} yet to know its rate"
+        return f"too few messages of {source} yet to measure its rate"
     if period * ROOM <= timeout:
         return ""
     return f"{source} at {1.0 / period:.1f} Hz; with a timeout of {timeout:g} s it needs {ROOM / timeout:.1f} Hz"

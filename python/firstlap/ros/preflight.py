@@ -1,7 +1,7 @@
-"""What must be right before the first meter: read from the live topics, each as OK or as what is wrong.
+"""Checks of the live topics before the first drive: each is OK or says what is wrong.
 
-The judgments are plain functions of what was heard; `Listener` hears it. Limits are those of the driving node, by its
-own functions and parameters.
+The checks are pure functions of the received messages, which `Listener` collects. They use the driving node's own
+functions and parameters.
 """
 
 from __future__ import annotations
@@ -22,39 +22,39 @@ from firstlap.perception.scan import LASER, Judgment, Mount
 from firstlap.ros.periods import Bounds, Period, rate_reason, timeout_of
 from firstlap.ros.safety import Stamps
 
-STANDS = 0.1
-"""[m/s], [rad/s] of a car that stands."""
-SEEN = 0.005
-"""[m] from which it is said that the laser sits aside."""
+STANDSTILL = 0.1
+"""[m/s], [rad/s] Maximum values of a stationary car."""
+MIN_OFFSET = 0.005
+"""[m] Lateral offset of the laser from which it is reported."""
 TURNED = 0.25
-"""[rad] that the car must be turned before its signs are compared."""
+"""[rad] Minimum rotation for comparing signs."""
 SCALE = 0.1
-"""Share by which commanded and measured speed and that of the scans may differ."""
+"""Maximum relative difference of commanded speed, measured speed and speed from the scans."""
 ROLLING, STEADY = 2.0, 1.0
-"""[s] for which the car rolls, and after which its speed is looked at."""
+"""[s] Duration of the rolling test, and time after which the speed is measured."""
 NAMED = 3.0
-"""[s] that a node's name may come later than its topics."""
+"""[s] Maximum delay of a node's name after its topics."""
 UNNAMED = "_NODE_NAME_UNKNOWN_"
-"""What rclpy calls it until then."""
+"""rclpy's name of a node until then."""
 CAP = 1.0
-"""[m] a beam counts at most, when two scans are laid over each other."""
+"""[m] Maximum error per beam in scan matching."""
 FAR = 30.0
-"""[m] that a beam without a return counts as then."""
+"""[m] Range of a beam without a return in scan matching."""
 OVERLAP = 20
-"""Beams that the two must have in common."""
+"""Minimum number of overlapping beams in scan matching."""
 WIDEST_TURN = 1.2
-"""[rad] that is looked for."""
+"""[rad] Maximum rotation in scan matching."""
 
 
 OURS = (
     *("scan_topic", "odom_topic", "drive_topic", "base_frame", "laser_from_tf", "laser_yaw"),
     *("scan_timeout", "odom_timeout", "max_age"),
 )
-"""Parameters of the driving node that it is judged by."""
+"""Parameters of the driving node that the checks use."""
 
 
 class Check(NamedTuple):
-    """One line of the report. good: None where it could not be looked at."""
+    """One line of the report. good: None if it could not be checked."""
 
     name: str
     good: bool | None
@@ -62,7 +62,7 @@ class Check(NamedTuple):
 
 
 class Sample(NamedTuple):
-    """What was heard of a topic in a while: arrival and stamp [s] of each message, and the last one."""
+    """The messages of a topic: arrival time and age [s] of each, and the last message."""
 
     arrivals: list[float]
     ages: list[float]
@@ -70,92 +70,92 @@ class Sample(NamedTuple):
 
     @property
     def rate(self) -> float:
-        """[Hz]"""
+        """Rate [Hz]."""
         count = len(self.arrivals)
         return (count - 1) / (self.arrivals[-1] - self.arrivals[0]) if count > 1 else 0.0
 
     @property
     def period(self) -> float:
-        """[s] between two messages, as the driving node has it; 0 where too few came."""
+        """Period [s] as measured by the driving node; 0 with too few messages."""
         period = Period()
         for arrival in self.arrivals:
-            period.hear(arrival)
+            period.add(arrival)
         return period.seconds
 
 
 def check_rate(name: str, topic: str, sample: Sample, given: float, bounds: Bounds) -> Check:
-    """Comes at all, often enough, and without holes. given, bounds: as of `timeout_of`."""
+    """Checks that a topic arrives, fast enough and without gaps. given, bounds: as in `timeout_of`."""
     if not sample.arrivals:
-        return Check(name, False, f"nothing on {topic}: is its driver running, and is the topic called so?")
+        return Check(name, False, f"nothing on {topic}: is the driver running, and is the topic name right?")
     timeout = timeout_of(given, sample.period, bounds)
     reason = rate_reason(topic, sample.period, timeout)
     if reason:
         return Check(name, False, reason)
     gap = float(np.diff(sample.arrivals).max()) if len(sample.arrivals) > 1 else math.inf
     if gap > timeout:
-        return Check(name, False, f"a hole of {1e3 * gap:.0f} ms in {topic}; {1e3 * timeout:.0f} ms stop the car")
-    return Check(name, True, f"{sample.rate:.1f} Hz on {topic}; {1e3 * timeout:.0f} ms of silence stop the car")
+        return Check(name, False, f"a gap of {1e3 * gap:.0f} ms in {topic}; the timeout is {1e3 * timeout:.0f} ms")
+    return Check(name, True, f"{sample.rate:.1f} Hz on {topic}; timeout {1e3 * timeout:.0f} ms")
 
 
 def check_stamps(name: str, sample: Sample, max_age: float, took: float = 0.0) -> Check:
-    """The clocks agree. max_age, took: as of `Stamps`."""
+    """Checks that the clocks agree. max_age, took: as in `Stamps`."""
     if not sample.ages:
-        return Check(name, None, "nothing to look at")
+        return Check(name, None, "no data")
     age = float(np.median(sample.ages))
     reason = Stamps(max_age).reason(-age, 0.0, took)
     if reason:
-        return Check(name, False, f"{reason}: set the clocks, or max_age:=0.0 if they cannot be")
+        return Check(name, False, f"{reason}: synchronize the clocks, or set max_age:=0.0 if that is impossible")
     return Check(name, True, f"{1e3 * age:.0f} ms old")
 
 
 def check_scan(scan: _core.LaserScan | None, judgment: Judgment) -> Check:
-    """Whether the node could drive by it, and what is worth knowing of it."""
+    """Checks that the scan is usable, and reports its remarks."""
     if scan is None:
-        return Check("scan's beams", None, "nothing to look at")
+        return Check("scan beams", None, "no data")
     if judgment.reason:
-        return Check("scan's beams", False, judgment.reason)
+        return Check("scan beams", False, judgment.reason)
     share = f"{len(scan.ranges)} beams, {100 * float(scan.returns().mean()):.0f} % return"
-    return Check("scan's beams", True, "; ".join((share, *judgment.remarks)))
+    return Check("scan beams", True, "; ".join((share, *judgment.remarks)))
 
 
 def check_mount(mount: Mount, base: str) -> Check:
-    """Where the laser sits, and whether the method has it there."""
+    """Checks the LiDAR mounting."""
     try:
         for name, value in zip(LASER, (mount.x, mount.y), strict=True):
             CAR_FIELDS.check(CAR_FIELDS.find(f"geometry.{name}", "laser"), value, "laser")
     except InputError as error:
-        return Check("laser's place", False, str(error))
-    aside = f", {to_side(mount.y, 'left', 'right', '.2f')} of its middle" if abs(mount.y) >= SEEN else ""
-    where = f"{to_side(mount.x, 'ahead', 'behind', '.2f')} of {base}{aside}, turned by {math.degrees(mount.yaw):.0f}°"
-    return Check("laser's place", True, where + (", upside down" if mount.upside_down else ""))
+        return Check("laser mounting", False, str(error))
+    aside = f", {to_side(mount.y, 'left', 'right', '.2f')} of its center" if abs(mount.y) >= MIN_OFFSET else ""
+    where = f"{to_side(mount.x, 'ahead', 'behind', '.2f')} of {base}{aside}, yaw {math.degrees(mount.yaw):.0f}°"
+    return Check("laser mounting", True, where + (", upside down" if mount.upside_down else ""))
 
 
-def check_standing(sample: Sample) -> Check:
-    """The odometry of a car that stands says so."""
+def check_standstill(sample: Sample) -> Check:
+    """Checks that the odometry of a stationary car is zero."""
     if sample.last is None:
-        return Check("standing", None, "nothing to look at")
+        return Check("standstill", None, "no data")
     twist = sample.last.twist.twist
     if not (math.isfinite(twist.linear.x) and math.isfinite(twist.angular.z)):
-        return Check("standing", False, "odometry is not finite")
-    if abs(twist.linear.x) > STANDS or abs(twist.angular.z) > STANDS:
-        said = f"odometry says {twist.linear.x:.2f} m/s, {twist.angular.z:.2f} rad/s"
-        return Check("standing", False, f"{said}: does the car stand? calibrate the speed's offset and the gyro")
-    return Check("standing", True, "odometry says so")
+        return Check("standstill", False, "odometry is not finite")
+    if abs(twist.linear.x) > STANDSTILL or abs(twist.angular.z) > STANDSTILL:
+        said = f"odometry reports {twist.linear.x:.2f} m/s, {twist.angular.z:.2f} rad/s"
+        return Check("standstill", False, f"{said}: if the car is not moving, calibrate the speed offset and the gyro")
+    return Check("standstill", True, "odometry reports standstill")
 
 
 def check_drive(topic: str, listeners: int, others: list[str]) -> Check:
-    """Somebody listens to commands, and nobody else gives any."""
+    """Checks that commands have a subscriber and no other publisher."""
     if listeners == 0:
-        return Check("drive", False, f"nobody listens to {topic}: start the mux and the motor's driver")
+        return Check("drive", False, f"no subscriber on {topic}: start the mux and the motor driver")
     if others:
-        return Check("drive", False, f"{', '.join(others)} also command on {topic}: stop them")
-    return Check("drive", True, f"{listeners} listen to {topic}")
+        return Check("drive", False, f"also publishing on {topic}: {', '.join(others)}; stop them")
+    return Check("drive", True, f"{listeners} subscribers on {topic}")
 
 
 def turn_between(before: npt.NDArray[np.float32], after: npt.NDArray[np.float32], step: float, most: float) -> float:
-    """[rad] the laser turned left between two scans from about one place: how far one must be shifted onto the other.
+    """Rotation [rad] of the laser, left positive, between two scans from about the same position, by scan matching.
 
-    step: [rad] between beams. most: [rad] looked for, either way.
+    step: angle between beams [rad]. most: maximum rotation [rad], either sign.
     """
     a, b = (np.where(np.isfinite(one), one, FAR).astype(np.float64) for one in (before, after))
     reach = min(int(most / abs(step)), len(a) - OVERLAP)
@@ -167,63 +167,63 @@ def turn_between(before: npt.NDArray[np.float32], after: npt.NDArray[np.float32]
 
 
 def check_turn(odometry_turn: float, laser_turn: float) -> Check:
-    """Odometry and laser agree that the car was turned left."""
+    """Checks that odometry and laser agree on a left turn."""
     if abs(odometry_turn) < TURNED and abs(laser_turn) < TURNED:
         return Check("turn left", None, "the car was not turned")
     said = f"odometry {math.degrees(odometry_turn):.0f}°, laser {math.degrees(laser_turn):.0f}°, left positive"
     if odometry_turn < TURNED:
         return Check("turn left", False, f"{said}: the odometry's yaw rate has the wrong sign or is missing")
     if laser_turn < 0.5 * TURNED:
-        return Check("turn left", False, f"{said}: the scan runs the wrong way round; is the laser upside down?")
+        return Check("turn left", False, f"{said}: the scan runs in the wrong direction; is the laser upside down?")
     if not 0.6 < laser_turn / odometry_turn < 1.6:
         return Check("turn left", False, f"{said}: they differ too much; calibrate the yaw rate")
     return Check("turn left", True, said)
 
 
 def check_forward(speed: float, commanded: float) -> Check:
-    """The odometry's speed of a car that was told to roll forward."""
-    said = f"told {commanded:.1f} m/s, odometry says {speed:.2f} m/s"
+    """Checks the odometry of a car that was commanded to roll forward."""
+    said = f"commanded {commanded:.1f} m/s, odometry reports {speed:.2f} m/s"
     if speed < -0.2 * commanded:
-        return Check("drive forward", False, f"{said}: motor or speed has the wrong sign")
+        return Check("drive forward", False, f"{said}: the motor or the measured speed has the wrong sign")
     if speed < 0.3 * commanded:
         return Check("drive forward", False, f"{said}: is the motor enabled, and the emergency stop released?")
     if speed > 1.7 * commanded:
-        return Check("drive forward", False, f"{said}: calibrate the speed's gain")
+        return Check("drive forward", False, f"{said}: calibrate the speed gain")
     return Check("drive forward", True, said)
 
 
 def check_scale(commanded: float, measured: float, scanned: float | None) -> Check:
-    """Commanded and measured speed [m/s] of a car that rolls steadily, and that of its scans, if they moved."""
+    """Compares commanded speed, measured speed and, if available, speed from the scans [m/s] at steady motion."""
     check = check_forward(measured, commanded)
     if not check.good:
         return check
-    said = f"told {commanded:.2f} m/s, odometry says {measured:.2f} m/s"
-    if scanned is None or scanned < STANDS:  # on a stand, or in a bare corridor
+    said = f"commanded {commanded:.2f} m/s, odometry reports {measured:.2f} m/s"
+    if scanned is None or scanned < STANDSTILL:  # on a stand, or in a bare corridor
         error = measured / commanded - 1.0
         if abs(error) > SCALE:
             return Check(check.name, False, f"{said}, {100.0 * error:+.0f} %: calibrate speed_to_erpm_gain")
         return Check(check.name, True, said)
-    said = f"{said}, the scans {scanned:.2f} m/s"
+    said = f"{said}, the scans show {scanned:.2f} m/s"
     if abs(measured / scanned - 1.0) > SCALE:
         error = measured / scanned - 1.0
         return Check(check.name, False, f"{said}: odometry reads {100.0 * error:+.0f} %, calibrate speed_to_erpm_gain")
     if abs(scanned / commanded - 1.0) > SCALE:
         error = scanned / commanded - 1.0
-        return Check(check.name, False, f"{said}: the car drives {100.0 * error:+.0f} % of what it is told")
+        return Check(check.name, False, f"{said}: the car drives {100.0 * error:+.0f} % relative to the command")
     return Check(check.name, True, said)
 
 
 def check_agreement(remarks: tuple[str, ...], compared: tuple[str, ...]) -> Check:
-    """Odometry contradicts neither the scans, nor its own poses, nor the commands; as of OdometryWatch."""
+    """Checks odometry against scans, its own poses and commands; arguments from OdometryWatch."""
     if remarks:
         return Check("odometry agrees", False, "; ".join(remarks))
     if not compared:
-        return Check("odometry agrees", None, "nothing to compare it with")
+        return Check("odometry agrees", None, "nothing to compare with")
     return Check("odometry agrees", True, f"with {', '.join(compared)}")
 
 
 class Listener:
-    """A node that hears scan, odometry and TF, and can command."""
+    """A node that receives scans, odometry and TF, and can publish commands."""
 
     def __init__(self) -> None:
         from ackermann_msgs.msg import AckermannDriveStamped
@@ -248,11 +248,11 @@ class Listener:
         self._scan_period = Period()
         self.yaw = 0.0
         self._odom_time: float | None = None
-        hear = self.node.create_subscription
-        hear(LaserScan, self.value("scan_topic"), self._on_scan, qos_profile_sensor_data)
-        hear(Odometry, self.value("odom_topic"), self._on_odometry, qos_profile_sensor_data)
-        hear(TFMessage, "/tf_static", self.frames.hear, LATCHED)
-        hear(TFMessage, "/tf", self.frames.hear, 100)
+        subscribe = self.node.create_subscription
+        subscribe(LaserScan, self.value("scan_topic"), self._on_scan, qos_profile_sensor_data)
+        subscribe(Odometry, self.value("odom_topic"), self._on_odometry, qos_profile_sensor_data)
+        subscribe(TFMessage, "/tf_static", self.frames.add, LATCHED)
+        subscribe(TFMessage, "/tf", self.frames.add, 100)
         self._command = AckermannDriveStamped
         self.drive: Any = None
         self.executor = SingleThreadedExecutor()
@@ -269,14 +269,14 @@ class Listener:
 
     def _on_scan(self, message: Any) -> None:
         now = time.monotonic()
-        self._scan_period.hear(now)
+        self._scan_period.add(now)
         self.scan.arrivals.append(now)
         self.scan.ages.append(self._age(message.header.stamp))
         self.scan = self.scan._replace(last=message)
         self._watch_scan(message)
 
     def _watch_scan(self, message: Any) -> None:
-        """Where its place is known, and it can be used, odometry is held against it."""
+        """Adds a usable scan with known mounting to the odometry check."""
         from firstlap.ros.conversions import judged, sweep_of
 
         mount, place = self._laser()
@@ -285,11 +285,11 @@ class Listener:
         period = self._scan_period.seconds
         scan, judgment = judged(message, mount, period)
         if not judgment.reason:
-            self.watch.hear_scan(scan, self._when(message) + sweep_of(message, period), mount)
+            self.watch.add_scan(scan, self._when(message) + sweep_of(message, period), mount)
             self.watch.work()
 
     def _when(self, message: Any) -> float:
-        """[s] of a message, as the driving node takes it."""
+        """Time [s] of a message, as in the driving node."""
         from firstlap.ros.conversions import seconds
 
         return seconds(message.header.stamp) if self.value("max_age") > 0.0 else self._now()
@@ -305,16 +305,16 @@ class Listener:
         self.odom.arrivals.append(now)
         self.odom.ages.append(self._age(message.header.stamp))
         self.odom = self.odom._replace(last=message)
-        self.watch.hear_odometry(self._when(message), message.twist.twist, message.pose.pose)
+        self.watch.add_odometry(self._when(message), message.twist.twist, message.pose.pose)
 
     def listen(self, seconds: float, over: Callable[[], bool] = lambda: False) -> None:
-        """Hears for a while, or until `over`."""
+        """Receives messages for a duration, or until `over`."""
         end = time.monotonic() + seconds
         while time.monotonic() < end and not over():
             self.executor.spin_once(timeout_sec=0.02)
 
-    def look(self, seconds: float) -> list[Check]:
-        """Everything that can be seen without moving the car."""
+    def run_checks(self, seconds: float) -> list[Check]:
+        """Runs all checks that need no motion."""
         from firstlap.ros.conversions import judged, sweep_of
         from firstlap.ros.periods import BOUNDS
 
@@ -332,11 +332,11 @@ class Listener:
             scan, judgment = judged(self.scan.last, mount, period)
         checks = [
             check_rate("scan", scan_topic, self.scan, self.value("scan_timeout"), BOUNDS["scan"]),
-            check_stamps("scan's clock", self.scan, self.value("max_age"), took),
+            check_stamps("scan clock", self.scan, self.value("max_age"), took),
             check_scan(scan, judgment),
             check_rate("odometry", odom_topic, self.odom, self.value("odom_timeout"), BOUNDS["odom"]),
-            check_stamps("odometry's clock", self.odom, self.value("max_age")),
-            check_standing(self.odom),
+            check_stamps("odometry clock", self.odom, self.value("max_age")),
+            check_standstill(self.odom),
             check_agreement(self.watch.remarks, self.watch.compared),
         ]
         if place:
@@ -345,12 +345,12 @@ class Listener:
         self.listen(NAMED, lambda: UNNAMED not in self._commanders(resolved))
         others = [name for name in self._commanders(resolved) if name != "firstlap_preflight"]
         if "firstlap_drive" in others:
-            others.remove("firstlap_drive")  # one of them is meant to command; a second is not
+            others.remove("firstlap_drive")  # one driving node is intended; a second is not
         checks.append(check_drive(resolved, self.node.count_subscribers(resolved), others))
         return checks
 
     def _laser(self) -> tuple[Mount, Check | None]:
-        """Where the laser sits, ahead where nobody says it; and what is to be said of that."""
+        """The LiDAR mounting (facing forward if unknown), and its check."""
         from firstlap.perception.frames import mount_of
 
         ahead = Mount(0.0, 0.0, float(self.value("laser_yaw")), False)
@@ -359,20 +359,20 @@ class Listener:
         base, frame = self.value("base_frame"), self.scan.last.header.frame_id
         place = self.frames.find(base, frame)
         if place is None:
-            said = f"no transform from {base} to {frame}: publish it, or laser_from_tf:=false"
-            return ahead, Check("laser's place", False, said)
+            said = f"no transform from {base} to {frame}: publish it, or set laser_from_tf:=false"
+            return ahead, Check("laser mounting", False, said)
         try:
             mount = mount_of(place)
         except ValueError as error:
-            return ahead, Check("laser's place", False, str(error))
+            return ahead, Check("laser mounting", False, str(error))
         return mount, check_mount(mount, base)
 
     def _commanders(self, topic: str) -> list[str]:
-        """Names of the nodes that publish there, one for each that does."""
+        """Names of the nodes that publish on a topic, one per publisher."""
         return sorted(str(one.node_name) for one in self.node.get_publishers_info_by_topic(topic))
 
     def command(self, speed: float, steering_angle: float, seconds: float, over: Callable[[], bool]) -> None:
-        """Commands at 20 Hz for a while, then stops the car, whatever happens."""
+        """Publishes a command at 20 Hz for a duration, then always stops the car."""
         self.drive = self.drive or self.node.create_publisher(self._command, self.value("drive_topic"), 1)
         self.listen(5.0, lambda: self.drive.get_subscription_count() > 0)
         end = time.monotonic() + seconds
@@ -390,10 +390,10 @@ class Listener:
         message.header.stamp = self.node.get_clock().now().to_msg()
         message.drive.speed, message.drive.steering_angle = speed, steering_angle
         self.drive.publish(message)
-        self.watch.hear_command(self._now(), speed)
+        self.watch.add_command(self._now(), speed)
 
     def forward(self, speed: float) -> Check:
-        """Rolls forward, and looks at the speed once it is steady."""
+        """Rolls forward and checks the steady speed."""
         began = self._now()
         measured: list[float] = []
 
@@ -404,34 +404,34 @@ class Listener:
 
         self.command(speed, 0.0, ROLLING, note_speed)
         steps = [one for one in self.watch.steps() if one.begin > began + STEADY and one.end < began + ROLLING]
-        told = [one for one in steps if one.tells_along]
-        lasted = sum(one.end - one.begin for one in told)
-        scanned = sum(one.forward for one in told) / lasted if lasted > 0.0 else None
+        valid = [one for one in steps if one.tells_along]
+        lasted = sum(one.end - one.begin for one in valid)
+        scanned = sum(one.forward for one in valid) / lasted if lasted > 0.0 else None
         return check_scale(speed, float(np.mean(measured)) if measured else 0.0, scanned)
 
     def agrees(self) -> Check:
-        """What the movements told of the odometry."""
+        """The odometry check after the movements."""
         return check_agreement(self.watch.remarks, self.watch.compared)
 
     def turned(self, move: Callable[[Callable[[], bool]], None]) -> Check:
-        """Compares odometry and laser while the car is turned left, by `move` or by hand."""
+        """Compares odometry and laser during a left turn, by `move` or by hand."""
         if self.scan.last is None:
             return Check("turn left", None, "no scan")
-        (before, step), self.yaw = self._seen(), 0.0
+        (before, step), self.yaw = self._ranges(), 0.0
         move(lambda: abs(self.yaw) > 2.0 * TURNED)
-        after, _ = self._seen()
-        if len(after) != len(before):  # as many as the scan before had, over the same angle
+        after, _ = self._ranges()
+        if len(after) != len(before):  # resample to the previous number of beams over the same angle
             after = after[np.rint(np.linspace(0, len(after) - 1, len(before))).astype(int)]
         return check_turn(self.yaw, turn_between(before, after, step, WIDEST_TURN))
 
-    def _seen(self) -> tuple[npt.NDArray[np.float32], float]:
-        """Ranges of the last scan [m], NaN where nothing returned, and the angle between its beams [rad] as mounted."""
+    def _ranges(self) -> tuple[npt.NDArray[np.float32], float]:
+        """Ranges of the last scan [m], NaN without a return, and the angle between its beams [rad] as mounted."""
         from firstlap.ros.conversions import to_scan
 
         scan = to_scan(self.scan.last, self._laser()[0])
         return np.where(scan.returns(), scan.ranges, np.float32(np.nan)), scan.angle_increment
 
     def close(self) -> None:
-        """Leaves."""
+        """Destroys the node."""
         self.executor.remove_node(self.node)
         self.node.destroy_node()

@@ -1,4 +1,4 @@
-"""A node's process: signals that end it in order, and the loops that it runs."""
+"""A node's process: clean shutdown on signals, and the main loops."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ if TYPE_CHECKING:
     from firstlap.ros.sim_node import SimNode
 
 SOON = 0.1
-"""[s] between two looks at the signals."""
+"""[s] Polling period for signals."""
 ASK_AGAIN = 0.5
-"""[s] between two attempts to start by itself."""
+"""[s] Period of attempts to start with the parameter `go`."""
 
 
 class Ending:
-    """Whether a signal asked the process to end; 0 where none did."""
+    """Records the signal that asks the process to end; 0: none."""
 
     number = 0
 
@@ -35,7 +35,7 @@ class Ending:
 
 @contextmanager
 def ros(arguments: list[str]) -> Iterator[Ending]:
-    """rclpy with our signal handlers. arguments: what follows --ros-args, with it. Raises InputError."""
+    """Runs rclpy with our signal handlers. arguments: ROS arguments from --ros-args on. Raises InputError."""
     import rclpy
     from rclpy.signals import SignalHandlerOptions
 
@@ -56,7 +56,7 @@ def ros(arguments: list[str]) -> Iterator[Ending]:
 
 
 def run_drive(node: DriveNode, ending: Ending) -> None:
-    """Spins until a signal comes; stops the car before it returns. The parameter `go` is consent for once."""
+    """Spins until a signal arrives, then stops the car. The parameter `go` is consent for the first start only."""
     from rclpy.executors import SingleThreadedExecutor
 
     from firstlap.ros.node_parameters import value_of
@@ -68,9 +68,9 @@ def run_drive(node: DriveNode, ending: Ending) -> None:
     go = bool(value_of(node, "go"))
     if not go:
         node.get_logger().info(
-            f"waiting for a person: firstlap go, or the service {node.get_fully_qualified_name()}/go"
+            f"waiting for consent: run `firstlap go`, or call the service {node.get_fully_qualified_name()}/go"
         )
-    ask, said = time.monotonic(), ""
+    ask, last_reason = time.monotonic(), ""
     pause_gc()
     try:
         while not ending.number:
@@ -80,9 +80,9 @@ def run_drive(node: DriveNode, ending: Ending) -> None:
                 continue
             ask = time.monotonic() + ASK_AGAIN
             waits_for = node.may_go()
-            if waits_for and waits_for != said:
+            if waits_for and waits_for != last_reason:
                 node.get_logger().info(f"waiting: {waits_for}")
-            said = waits_for
+            last_reason = waits_for
             if not waits_for:
                 node.trigger_activate()
     finally:
@@ -92,14 +92,14 @@ def run_drive(node: DriveNode, ending: Ending) -> None:
 
 
 def pause_gc() -> None:
-    """What is there lasts as long as the process: a full collection of it, while the car drives, would take as long as
-    several scans."""
+    """Excludes all current objects from garbage collection: a full collection while driving would take several scan
+    periods."""
     gc.collect()
     gc.freeze()
 
 
 def run_sim(node: SimNode, ending: Ending, over: Callable[[], bool]) -> None:
-    """Runs in real time, or a factor of it, until a signal comes or `over` says so after a scan."""
+    """Runs at the real-time factor until a signal arrives or `over` returns true after a scan."""
     from rclpy.executors import SingleThreadedExecutor
 
     executor = SingleThreadedExecutor()

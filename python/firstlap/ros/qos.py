@@ -1,4 +1,4 @@
-"""How topics are heard."""
+"""QoS profiles."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 """Sensors: the newest message only, from any publisher."""
 RECENT = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
-"""The topics of a trace: one of them may be heard later than the others of its step."""
+"""Topics of a trace: those of one step may arrive at different times."""
 LATCHED = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 """/tf_static"""
 NEWEST_LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-"""What is said once and still holds for whoever comes later: the emergency stop, a map, a claim."""
+"""State for late subscribers: the emergency stop, a map, a claim."""

@@ -1,4 +1,4 @@
-"""One request to a driving node from elsewhere: what the `ros2` command would say, for machines that have none."""
+"""Requests to a driving node, for machines without the `ros2` command."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from firstlap.common.errors import InputError
 from firstlap.ros.persistent_stop import EMERGENCY
 
 NODE = "firstlap_drive"
-ANSWERS = 5.0
-"""[s] that a node may take to answer."""
-ORDER = 1.0
-"""[s] in which a released emergency stop has arrived: it and a request come on different ways."""
+SERVICE_TIMEOUT = 5.0
+"""[s] Timeout of service calls."""
+RELEASE_DELAY = 1.0
+"""[s] Maximum delay of a released emergency stop relative to a service call."""
 SOON = 0.02
 
 
 class NoNodeError(Exception):
-    """No driving node answers."""
+    """No driving node responds."""
 
 
 class Remote:
-    """Of the driving node in the namespace that rclpy was given. patience: [s] to look for it."""
+    """A client of the driving node in rclpy's namespace. patience: [s] discovery timeout."""
 
     def __init__(self, patience: float) -> None:
         import rclpy
@@ -40,7 +40,7 @@ class Remote:
         self.path = f"{self._node.get_namespace().rstrip('/')}/{NODE}"
 
     def close(self) -> None:
-        """Leaves."""
+        """Destroys the node."""
         self._executor.remove_node(self._node)
         self._node.destroy_node()
 
@@ -53,7 +53,7 @@ class Remote:
         return True
 
     def call(self, kind: Any, service: str, request: Any) -> Any:
-        """The answer of one of the node's services. Raises NoNodeError."""
+        """Calls a service of the node. Raises NoNodeError."""
         client = self._node.create_client(kind, f"{self.path}/{service}")
         try:
             if not self._wait(client.service_is_ready, self._patience):
@@ -61,33 +61,36 @@ class Remote:
                     f"no driving node {self.path} within {self._patience:g} s: is `firstlap drive` running?"
                 )
             future = client.call_async(request)
-            if not self._wait(future.done, ANSWERS):
-                raise NoNodeError(f"{self.path} did not answer within {ANSWERS:g} s: whether it took that is not known")
+            if not self._wait(future.done, SERVICE_TIMEOUT):
+                raise NoNodeError(
+                    f"{self.path} did not respond within {SERVICE_TIMEOUT:g} s: "
+                    "it is unknown whether the request was carried out"
+                )
             return future.result()
         finally:
             self._node.destroy_client(client)
 
     def trigger(self, service: str) -> tuple[bool, str]:
-        """Calls a std_srvs/Trigger: whether it was done, and what the node says. Raises NoNodeError."""
+        """Calls a std_srvs/Trigger; returns success and message. Raises NoNodeError."""
         from std_srvs.srv import Trigger
 
         answer = self.call(Trigger, service, Trigger.Request())
         return bool(answer.success), str(answer.message)
 
     def consent(self, service: str, release: bool) -> tuple[bool, str]:
-        """Calls ~/go or ~/resume. release: takes an emergency stop away before. Raises NoNodeError, InputError."""
+        """Calls ~/go or ~/resume. release: first releases the emergency stop. Raises NoNodeError, InputError."""
         if release:
             self.emergency_stop(False)
-        until = time.monotonic() + (ORDER if release else 0.0)
+        until = time.monotonic() + (RELEASE_DELAY if release else 0.0)
         while True:
-            done, said = self.trigger(service)
-            if said != EMERGENCY:
-                return done, said
+            done, message = self.trigger(service)
+            if message != EMERGENCY:
+                return done, message
             if time.monotonic() > until:
-                return False, f"{said}; it must be released first, for example by `firstlap {service} --release`"
+                return False, f"{message}: release it first, for example with `firstlap {service} --release`"
 
     def emergency_stop(self, pressed: bool) -> None:
-        """Says it on the topic that the node hears it on. Raises NoNodeError, InputError."""
+        """Publishes on the node's emergency stop topic. Raises NoNodeError, InputError."""
         from rclpy.duration import Duration
         from std_msgs.msg import Bool
 
@@ -95,13 +98,13 @@ class Remote:
 
         topic = self._values(["emergency_stop_topic"])[0]
         if not topic:
-            raise InputError(f"{self.path} hears no emergency stop: its emergency_stop_topic is empty")
+            raise InputError(f"{self.path} has no emergency stop: its emergency_stop_topic is empty")
         publisher = self._node.create_publisher(Bool, topic, NEWEST_LATCHED)
         if not self._wait(lambda: publisher.get_subscription_count() > 0, self._patience):
-            raise NoNodeError(f"nobody hears {topic}")
+            raise NoNodeError(f"no subscriber on {topic}")
         publisher.publish(Bool(data=pressed))
-        if not publisher.wait_for_all_acked(Duration(seconds=ANSWERS)):
-            raise NoNodeError(f"{topic} was not acknowledged within {ANSWERS:g} s")
+        if not publisher.wait_for_all_acked(Duration(seconds=SERVICE_TIMEOUT)):
+            raise NoNodeError(f"{topic} was not acknowledged within {SERVICE_TIMEOUT:g} s")
 
     # Parameters.
 
@@ -113,7 +116,7 @@ class Remote:
         return [parameter_value_to_python(value) for value in answer.values]
 
     def full_name(self, name: str) -> str:
-        """Of a parameter: v_max is velocity_profile.v_max. Raises NoNodeError, InputError."""
+        """The full name of a parameter: velocity_profile.v_max for v_max. Raises NoNodeError, InputError."""
         from rcl_interfaces.srv import ListParameters
 
         names = self.call(ListParameters, "list_parameters", ListParameters.Request()).result.names
@@ -121,12 +124,13 @@ class Remote:
         if len(found) == 1 or name in found:
             return name if name in found else found[0]
         if found:
-            raise InputError(f"{name} is not one parameter of {self.path}: {', '.join(sorted(found))}")
+            raise InputError(f"{name} is ambiguous for {self.path}: {', '.join(sorted(found))}")
         near = difflib.get_close_matches(name, [*names, *(one.rpartition(".")[2] for one in names)], 1)
         raise InputError(f"{self.path} has no parameter {name[:60]}" + (f"; did you mean {near[0]}?" if near else ""))
 
     def set(self, name: str, text: str) -> tuple[str, Any, Any]:
-        """Full name, value before and after. Raises NoNodeError, and InputError with the node's reason."""
+        """Sets a parameter; returns full name, previous and new value. Raises NoNodeError, and InputError with the
+        node's reason."""
         from rcl_interfaces.srv import SetParameters
         from rclpy.parameter import Parameter
 
@@ -136,12 +140,12 @@ class Remote:
         request = SetParameters.Request(parameters=[Parameter(full, value=value).to_parameter_msg()])
         result = self.call(SetParameters, "set_parameters", request).results[0]
         if not result.successful:
-            raise InputError(f"{full}: {self.path} refuses {text[:60]}: {result.reason or 'it says no reason'}")
+            raise InputError(f"{full}: {self.path} refused {text[:60]}: {result.reason or 'no reason given'}")
         return full, before, value
 
 
 def value_like(before: Any, name: str, text: str) -> Any:
-    """A value from the command line, of the type that the parameter has. Raises InputError."""
+    """Converts a value from the command line to the parameter's type. Raises InputError."""
     if isinstance(before, str):
         return text
     try:
@@ -152,13 +156,13 @@ def value_like(before: Any, name: str, text: str) -> Any:
         return float(value)
     if type(value) is type(before):
         return value
-    wanted = {bool: "true or false", int: "a whole number", float: "a number"}.get(type(before), "another type")
+    wanted = {bool: "true or false", int: "an integer", float: "a number"}.get(type(before), "another type")
     raise InputError(f"{name} is {wanted}, not '{text[:60]}'")
 
 
 @contextmanager
 def remote(patience: float) -> Iterator[Remote]:
-    """Within `process.ros`."""
+    """A `Remote` within `process.ros`."""
     made = Remote(patience)
     try:
         yield made

@@ -1,7 +1,7 @@
-"""When the car must stop, and that nothing but a person lets it go on. Plain Python: no ROS, no clock of its own.
+"""Decides when the car must stop; only a person's consent ends a stop. No ROS imports, no own clock.
 
-`Watchdog` is armed by a person (activation, ~/resume). It trips when a source falls silent, when the node itself did
-not run, or when somebody says stop; a trip stays until it is armed again. Times are seconds of any clock that goes on.
+`Watchdog` is armed by a person (activation, ~/resume). It trips when a source times out, when the node did not run, or
+on a stop request; it stays tripped until it is armed again. Times are seconds of any monotonic clock.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ DEADMAN = "deadman"
 
 @dataclass
 class Watchdog:
-    """timeouts: {source: seconds it may be silent}. pause_limit: [s] between two calls of `check` at most."""
+    """timeouts: timeout [s] of each source. pause_limit: maximum time [s] between two calls of `check`."""
 
     timeouts: Mapping[str, float]
     pause_limit: float = 0.2
@@ -28,22 +28,22 @@ class Watchdog:
     _checked: float | None = None
 
     def feed(self, source: str, now: float) -> None:
-        """A good message came."""
+        """Records a valid message."""
         self._fed[source] = now
         self.rejected.pop(source, None)
 
     def reject(self, source: str, reason: str) -> None:
-        """A message came that must not be used: it is counted, and does not feed."""
+        """Records a rejected message: it is counted and does not reset the timeout."""
         self.faults[f"{source} rejected"] += 1
         self.rejected[source] = reason
 
     def silent(self, source: str, now: float) -> float:
-        """[s] since the last good message; infinite when there was none."""
+        """Time [s] since the last valid message; infinite if there was none."""
         fed = self._fed.get(source)
         return float("inf") if fed is None else now - fed
 
     def missing(self, now: float) -> str:
-        """Why the car may not drive by its sources; empty when it may."""
+        """Which source is missing; empty if none is."""
         for source, limit in self.timeouts.items():
             silent = self.silent(source, now)
             if not silent <= limit:
@@ -53,9 +53,9 @@ class Watchdog:
         return ""
 
     def check(self, now: float, steady: float | None = None) -> str:
-        """Call often. The reason of the stop; empty while the car may drive.
+        """Checks all timeouts; call it periodically. Returns the reason of the stop; empty while the car may drive.
 
-        steady: of a clock that cannot be stopped, where `now` can (simulated time).
+        steady: time [s] of a clock that cannot stop, if `now` is simulated time.
         """
         steady = now if steady is None else steady
         pause = 0.0 if self._checked is None else steady - self._checked
@@ -68,7 +68,7 @@ class Watchdog:
         return self.trip(reason) if reason else ""
 
     def trip(self, reason: str) -> str:
-        """Stops until somebody arms again. Returns the reason of the stop, which is the first one."""
+        """Trips until it is armed again. Returns the reason of the stop: the first one."""
         if self.armed:
             self.faults["stops"] += 1
             self.tripped = reason
@@ -76,38 +76,38 @@ class Watchdog:
         return self.tripped or reason
 
     def arm(self, now: float) -> str:
-        """A person's consent. Returns why it is refused; empty when the car may drive from now on."""
+        """Arms on a person's consent. Returns why it is refused; empty if the car may drive from now on."""
         reason = self.missing(now)
         if reason:
             return reason
-        self._checked = None  # how long arming itself took is no pause
+        self._checked = None  # the time that arming took is not a pause
         self.armed, self.tripped = True, ""
         return ""
 
     def disarm(self) -> None:
-        """The person takes the consent back."""
+        """Withdraws the consent."""
         self.armed, self.tripped = False, ""
 
 
 class DeadMan:
-    """A button that must be held. Letting go trips; only a new press, not a message that was lost, is consent."""
+    """A dead-man's switch. Releasing it trips; only a new press is consent, not the return of lost messages."""
 
     def __init__(self) -> None:
         self.held = False
         self._released = True
 
     def press(self, held: bool, trusted: bool) -> bool:
-        """Whether this message is a fresh press. trusted: the messages before it were not interrupted."""
+        """Whether this message is a new press. trusted: messages arrived without interruption."""
         if not trusted:
             self._released = False
-        fresh = held and self._released
+        pressed = held and self._released
         self._released = not held
         self.held = held
-        return fresh
+        return pressed
 
 
 def button_of(message: Any, button: int) -> tuple[bool, str]:
-    """Whether a std_msgs/Bool (button -1), or this button of a sensor_msgs/Joy, is held; and why it cannot be told."""
+    """Whether a std_msgs/Bool (button -1), or this button of a sensor_msgs/Joy, is held; and why that is unknown."""
     if button < 0:
         return bool(message.data), ""
     if button >= len(message.buttons):
@@ -117,15 +117,15 @@ def button_of(message: Any, button: int) -> tuple[bool, str]:
 
 @dataclass
 class Stamps:
-    """The stamps of one source [s]. max_age: older ones are not used; 0: any age."""
+    """Checks the stamps of one source [s]. max_age: maximum age; 0: any age."""
 
     max_age: float
     last: float | None = None
 
     def reason(self, stamp: float, now: float, took: float = 0.0) -> str:
-        """Why a message with this stamp must not be used; empty when it may.
+        """Why a message with this stamp must not be used; empty if it may.
 
-        took: [s] that was measured for; the stamp may be of its first moment or of its last.
+        took: duration of the measurement [s]; the stamp may be its start or its end.
         """
         if self.last is not None and stamp <= self.last:
             before = self.last - stamp
@@ -140,12 +140,12 @@ class Stamps:
         self.last = stamp
 
     def forget(self) -> None:
-        """The source may begin anew."""
+        """Resets, for a source that restarts."""
         self.last = None
 
 
 def within(speed: float, steering: float, speed_limit: float, steering_limit: float) -> tuple[float, float] | None:
-    """A command within the limits; None where it is not finite, and the car must stop."""
+    """The command clamped to the limits; None if it is not finite: then the car must stop."""
     if not (abs(speed) < float("inf") and abs(steering) < float("inf")):
         return None
     return min(max(speed, 0.0), speed_limit), min(max(steering, -steering_limit), steering_limit)

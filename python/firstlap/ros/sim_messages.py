@@ -1,4 +1,4 @@
-"""The simulator node's messages, from numbers."""
+"""Builds the messages of the simulator node."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from firstlap.ros.conversions import float_array, quaternion_of, set_stamp, yaw_
 from firstlap.tracks.track import Track
 
 CELL = 0.05
-"""[m] of the published map."""
+"""[m] Cell size of the published map."""
 BORDER = 1.0
 GRAVITY = 9.81
 
@@ -29,7 +29,8 @@ def scan(
     period: float,
     end_stamp: bool = False,
 ) -> LaserScan:
-    """stamp: [s] of the last beam; the message has the first one's, as its definition asks, unless `end_stamp`."""
+    """stamp: time [s] of the last beam; the message has that of the first one, as sensor_msgs/LaserScan defines, unless
+    `end_stamp`."""
     angle_min, angle_increment, time_increment, range_min, range_max = header
     message = LaserScan()
     set_stamp(message.header.stamp, stamp - (0.0 if end_stamp else time_increment * (len(ranges) - 1)))
@@ -56,7 +57,7 @@ def odometry(stamp: float, frame: str, child: str, pose: Any, motion: tuple[floa
 
 
 def imu(stamp: float, frame: str, yaw_rate: float, truth: dict[str, float]) -> Imu:
-    """Yaw rate as measured, accelerations of the center of gravity as they are; no orientation."""
+    """Measured yaw rate, true accelerations of the center of gravity, no orientation."""
     message = Imu()
     set_stamp(message.header.stamp, stamp)
     message.header.frame_id = frame
@@ -69,7 +70,7 @@ def imu(stamp: float, frame: str, yaw_rate: float, truth: dict[str, float]) -> I
 
 
 def joints(stamp: float, steering_angle: float) -> JointState:
-    """The wheel angle [rad] as measured."""
+    """The measured steering angle [rad]."""
     message = JointState(name=["steering"], position=[steering_angle])
     set_stamp(message.header.stamp, stamp)
     return message
@@ -94,7 +95,7 @@ def transform(stamp: float, parent: str, child: str, pose: Any) -> TransformStam
 
 
 def laser_place(parent: str, child: str, mount: Mount) -> TransformStamped:
-    """Where the laser sits: for /tf_static. Upside down is a roll of 180 degrees."""
+    """The LiDAR mounting for /tf_static. Upside down is a roll of 180 degrees."""
     message = transform(0.0, parent, child, (mount.x, mount.y, mount.yaw))
     if mount.upside_down:
         turn = message.transform.rotation
@@ -108,7 +109,7 @@ def pose_of(pose: Any) -> tuple[float, float, float]:
 
 
 def occupancy(track: Track) -> OccupancyGrid:
-    """The walls as a map for rviz, and for stacks that want one."""
+    """The walls as a map, for rviz and for map-based stacks."""
     segments = np.asarray(track.to_arrays()["segments"])
     corner = segments.reshape(-1, 2).min(axis=0) - BORDER
     size = np.ceil((segments.reshape(-1, 2).max(axis=0) + BORDER - corner) / CELL).astype(int)

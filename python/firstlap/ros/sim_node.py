@@ -1,4 +1,4 @@
-"""The simulator node: cars on a track in real time or a factor of it, over the topics that a real car has."""
+"""The simulator node: cars on a track, at a real-time factor, with the topics of a real car."""
 
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ from firstlap.tracks.library import load_track
 
 NAME = "firstlap_sim"
 WORLD_FIELDS = FieldTable(_core.WorldOptions.fields())
-BEHIND = 4.0
-"""Scan periods the simulator may be late before it gives the lost time up."""
+MAX_LAG = 4.0
+"""Lag in scan periods after which the lost time is skipped."""
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 @dataclass
-class Wires:
-    """One car's publishers, and what waits to be published."""
+class CarTopics:
+    """One car's publishers and their state."""
 
     names: CarNames
     scan: Any
@@ -57,9 +57,10 @@ class Wires:
 
 
 class SimNode(Node):
-    """given: parameters, unless ROS was given others. said: hears of laps and contacts. Raises InputError."""
+    """given: parameter defaults; ROS arguments override them. report: called for laps and contacts. Raises
+    InputError."""
 
-    def __init__(self, given: dict[str, Any] | None = None, said: Callable[[str], None] | None = None) -> None:
+    def __init__(self, given: dict[str, Any] | None = None, report: Callable[[str], None] | None = None) -> None:
         super().__init__(NAME)
         given = given or {}
         try:
@@ -68,19 +69,19 @@ class SimNode(Node):
             declare_fields(self, WORLD_FIELDS.fields, lambda field: given.get(field.key, field.default))
         except ValueError as error:
             raise InputError(str(error)) from None
-        self._said = said or self.get_logger().info
+        self._report = report or self.get_logger().info
         self._build()
         self._rng = np.random.default_rng(value_of(self, "seed"))
         self._begin()
 
-    # What there is.
+    # Setup.
 
     def _build(self) -> None:
         gym = bool(value_of(self, "gym_names"))
         self.factor = float(value_of(self, "factor"))
         self.clocked = bool(value_of(self, "publish_clock"))
         if self.factor != 1.0 and not self.clocked:
-            raise InputError(f"factor {self.factor:g} needs publish_clock: without /clock nobody knows the time")
+            raise InputError(f"factor {self.factor:g} needs publish_clock: other nodes need the time from /clock")
         self.track = load_track(value_of(self, "track"))
         if value_of(self, "reverse"):
             self.track = self.track.reversed()
@@ -97,16 +98,16 @@ class SimNode(Node):
             raise InputError(f"{self.track.name}: {error}") from None
         names = gym_names(len(self.world)) if gym else our_names(len(self.world), value_of(self, "namespaces"))
         self.period = self.world.period
-        self.wires = [self._wire(i, name) for i, name in enumerate(names)]
+        self.cars = [self._car_topics(i, name) for i, name in enumerate(names)]
         self._shared(gym)
 
-    def _wire(self, index: int, names: CarNames) -> Wires:
+    def _car_topics(self, index: int, names: CarNames) -> CarTopics:
         publish = self.create_publisher
         self.create_subscription(AckermannDriveStamped, names.drive, partial(self.on_drive, index), 1)
         self.create_service(Trigger, f"{names.prefix}reset", partial(self.on_reset, index))
         self.create_service(Trigger, f"{names.prefix}kick", partial(self.on_kick, index))
         start = self.world.truth(index)
-        return Wires(
+        return CarTopics(
             names,
             publish(LaserScan, names.scan, qos_profile_sensor_data),
             publish(Odometry, names.odom, 10),
@@ -118,15 +119,15 @@ class SimNode(Node):
         )
 
     def _shared(self, gym: bool) -> None:
-        """TF, /clock, the map and the service for all cars."""
+        """Creates what all cars share: TF, /clock, the map and the reset service."""
         self.tf = self.create_publisher(TFMessage, "/tf", 100)
         self.tf_static = self.create_publisher(TFMessage, "/tf_static", LATCHED)
         self.clock = self.create_publisher(Clock, "/clock", 10) if self.clocked else None
         self.create_subscription(PoseWithCovarianceStamped, "initialpose", self.on_initial_pose, 1)
-        if len(self.wires) > 1 or gym:
+        if len(self.cars) > 1 or gym:
             self.create_service(Trigger, "~/reset", self.on_reset_all)
         mount = _mount(self.car)
-        frames = [(wires.names.base_frame, wires.names.laser_frame) for wires in self.wires]
+        frames = [(wires.names.base_frame, wires.names.laser_frame) for wires in self.cars]
         self.tf_static.publish(TFMessage(transforms=[make.laser_place(base, laser, mount) for base, laser in frames]))
         self.map = self.create_publisher(OccupancyGrid, "/map", LATCHED)
         self.map.publish(make.occupancy(self.track))
@@ -142,19 +143,19 @@ class SimNode(Node):
 
     @property
     def due(self) -> float:
-        """time.monotonic() of the next scan."""
+        """Time of the next scan, as of time.monotonic()."""
         return self._wall + (self._periods + 1) * self.period / self.factor
 
     def stamp(self) -> float:
-        """[s] of the last scan instant, as messages have it."""
+        """Stamp [s] of the last scan."""
         return float(self.world.time) if self.clocked else self._stamp + self._periods * self.period
 
     def tick_if_due(self) -> bool:
-        """One scan period, when its time has come. Lost time is given up, not run after."""
+        """Simulates one scan period if it is due. Lost time is skipped, not caught up."""
         late = time.monotonic() - self.due
         if late < 0.0:
             return False
-        if late > BEHIND * self.period / self.factor:
+        if late > MAX_LAG * self.period / self.factor:
             self._wall += late
             self._stamp += late if not self.clocked else 0.0
             self.given_up += late
@@ -166,14 +167,14 @@ class SimNode(Node):
     # In.
 
     def on_drive(self, index: int, message: Any) -> None:
-        """A command takes effect at the moment that it comes."""
+        """Applies a command at its time of arrival."""
         since = (time.monotonic() - self.due) * self.factor + self.period
         self.world.command(index, message.drive.speed, message.drive.steering_angle, max(since, 0.0))
 
     def on_reset(self, index: int, request: Any, response: Any) -> Any:
         """reset: back to the start, at rest."""
         self.world.reset(index)
-        self.wires[index].laps = self.wires[index].contacts = 0
+        self.cars[index].laps = self.cars[index].contacts = 0
         response.success, response.message = True, "at the start"
         return response
 
@@ -184,13 +185,13 @@ class SimNode(Node):
         return response
 
     def on_kick(self, index: int, request: Any, response: Any) -> Any:
-        """kick: a shove."""
+        """kick: disturbs the car's motion."""
         self.world.kick(index, value_of(self, "kick_lateral_speed"), value_of(self, "kick_yaw_rate"))
         response.success, response.message = True, "kicked"
         return response
 
     def on_initial_pose(self, message: Any) -> None:
-        """Puts the first car there, as rviz's 2D Pose Estimate says, in the frame map."""
+        """Places the first car at the pose from rviz's 2D Pose Estimate, in the frame map."""
         self.world.place(0, *make.pose_of(message.pose.pose))
 
     # Out.
@@ -203,17 +204,17 @@ class SimNode(Node):
         if value_of(self, "backward_stamps"):
             stamp = 2.0 * self._stamp - stamp if not self.clocked else max(1e3 - stamp, 0.0)
         transforms = []
-        for index, wires in enumerate(self.wires):
+        for index, wires in enumerate(self.cars):
             measured = self.world.measured(index)
             self._move(wires, index, measured)
             transforms.append(make.transform(now, wires.names.odom_frame, wires.names.base_frame, wires.pose))
             self._publish_state(wires, index, measured, stamp)
             self._publish_scan(wires, index, stamp)
-            self._tell(wires, index)
+            self._report_events(wires, index)
         self.tf.publish(TFMessage(transforms=transforms))
 
-    def _move(self, wires: Wires, index: int, measured: _core.VehicleState) -> None:
-        """Where the car's odometry has it: what its wheels and its yaw rate add up to, or the truth under gym names."""
+    def _move(self, wires: CarTopics, index: int, measured: _core.VehicleState) -> None:
+        """Updates the odometry pose: integrated from speed and yaw rate, or the true pose with gym names."""
         if wires.names.odom_frame == "map":
             wires.pose = _pose(self.world.truth(index))
             return
@@ -228,7 +229,7 @@ class SimNode(Node):
             ]
         )
 
-    def _publish_state(self, wires: Wires, index: int, measured: _core.VehicleState, stamp: float) -> None:
+    def _publish_state(self, wires: CarTopics, index: int, measured: _core.VehicleState, stamp: float) -> None:
         names, truth = wires.names, self.world.truth(index)
         speed, yaw_rate, steering_angle = measured
         if not self._chance("drop_odometry"):
@@ -242,7 +243,7 @@ class SimNode(Node):
                     names.odom_frame,
                     names.base_frame,
                     wires.pose,
-                    self._told(wires.pose, (speed + lost, lateral, yaw_rate + lost)),
+                    self._with_faults(wires.pose, (speed + lost, lateral, yaw_rate + lost)),
                 )
             wires.waiting = odometry
             wires.odom.publish(odometry)
@@ -257,10 +258,10 @@ class SimNode(Node):
         for publisher, other in wires.others:
             seen = self.world.truth(other)
             motion = (seen["speed"], seen["lateral_speed"], seen["yaw_rate"])
-            publisher.publish(make.odometry(stamp, "map", self.wires[other].names.base_frame, _pose(seen), motion))
+            publisher.publish(make.odometry(stamp, "map", self.cars[other].names.base_frame, _pose(seen), motion))
 
-    def _told(self, pose: Any, motion: tuple[float, float, float]) -> tuple[float, float, float]:
-        """The twist, with the faults that contradict everything else."""
+    def _with_faults(self, pose: Any, motion: tuple[float, float, float]) -> tuple[float, float, float]:
+        """The twist with the injected odometry faults."""
         forward, left = value_of(self, "odometry_speed_scale") * motion[0], motion[1]
         yaw_rate = value_of(self, "odometry_yaw_rate_scale") * motion[2]
         if value_of(self, "odometry_in_map"):
@@ -268,7 +269,7 @@ class SimNode(Node):
             forward, left = c * forward - s * left, s * forward + c * left
         return float(forward), float(left), float(yaw_rate)
 
-    def _publish_scan(self, wires: Wires, index: int, stamp: float) -> None:
+    def _publish_scan(self, wires: CarTopics, index: int, stamp: float) -> None:
         if self._chance("drop_scans"):
             return
         scan = self.world.scan(index)
@@ -288,7 +289,7 @@ class SimNode(Node):
             self._delayed.append((time.monotonic() + delay, wires.scan, message))
 
     def publish_late(self) -> float:
-        """Publishes the delayed scans whose time has come. time.monotonic() of the next one."""
+        """Publishes the delayed scans that are due. Returns the time of the next one, as of time.monotonic()."""
         late = self._delayed
         while late and late[0][0] <= time.monotonic():
             _, publisher, message = late.popleft()
@@ -299,25 +300,25 @@ class SimNode(Node):
         share = value_of(self, name)
         return share > 0.0 and bool(self._rng.random() < share)
 
-    def _tell(self, wires: Wires, index: int) -> None:
+    def _report_events(self, wires: CarTopics, index: int) -> None:
         laps, contacts = self.world.laps_done(index), self.world.contacts(index)
         car = wires.names.prefix.rstrip("/") or "car"
         if laps > wires.laps:
             lap = self.world.laps(index)[-1]
-            self._said(f"{car}: lap {laps} in {lap.time:.3f} s, {lap.min_clearance:.2f} m to the wall")
+            self._report(f"{car}: lap {laps} in {lap.time:.3f} s, {lap.min_clearance:.2f} m to the wall")
         if contacts > wires.contacts:
-            self._said(f"{car}: contact at {self.world.truth(index)['s']:.1f} m")
+            self._report(f"{car}: contact at {self.world.truth(index)['s']:.1f} m")
         wires.laps, wires.contacts = laps, contacts
 
     def summary(self) -> dict[str, Any]:
-        """What happened, for `firstlap sim --json`."""
+        """The result for `firstlap sim --json`."""
         cars = [
             {
                 "name": wires.names.prefix.rstrip("/") or "car",
                 "laps": [lap.to_dict() for lap in self.world.laps(index)],
                 "contacts": self.world.contacts(index),
             }
-            for index, wires in enumerate(self.wires)
+            for index, wires in enumerate(self.cars)
         ]
         return {"track": self.track.name, "time": self.world.time, "time_given_up": self.given_up, "cars": cars}
 

@@ -1,4 +1,4 @@
-"""What the simulator node's topics and frames are called: ours, or f1tenth_gym_ros's."""
+"""Names of the simulator node's topics and frames: firstlap's or those of f1tenth_gym_ros."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ GYM_LASER_X = 0.275
 
 @dataclass(frozen=True)
 class CarNames:
-    """Of one car. others: {topic: index of the car whose odometry it carries}."""
+    """The names of one car. others: (topic, index of the car whose odometry it carries)."""
 
     scan: str
     odom: str
@@ -25,7 +25,7 @@ class CarNames:
 
 
 def our_names(cars: int, namespaces: str) -> list[CarNames]:
-    """One car has no namespace unless it is given one; several have. Raises InputError."""
+    """A single car has no namespace by default; several cars have one each. Raises InputError."""
     given = [name.strip("/ ") for name in namespaces.split(",") if name.strip("/ ")]
     if given and len(given) != cars:
         raise InputError(f"namespaces '{namespaces}': {len(given)} for {cars} cars")
@@ -39,7 +39,7 @@ def our_names(cars: int, namespaces: str) -> list[CarNames]:
 
 
 def gym_names(cars: int) -> list[CarNames]:
-    """f1tenth_gym_ros knows one or two cars. Raises InputError."""
+    """Names for the one or two cars of f1tenth_gym_ros. Raises InputError."""
     if cars > len(GYM_CARS):
         raise InputError(f"--gym-names with {cars} cars: f1tenth_gym_ros has names for one or two")
     return [

@@ -1,7 +1,7 @@
-"""The trace of a driver's step as standard messages: a DiagnosticArray with its numbers, and a PointCloud2 a table.
+"""The trace of a driver's step as standard messages: a DiagnosticArray with its numbers, and a PointCloud2 per table.
 
-All have the stamp of the step. The status lists the tables, so that a reader knows when it has the whole step. Numbers
-of tables have 32 bits: they are for eyes. No function here needs ROS.
+All messages have the stamp of the step. The status lists the tables, so that a reader knows when a step is complete.
+Tables have 32-bit floats, for display. Nothing here needs ROS.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from firstlap.ros.conversions import nanoseconds
 from firstlap.ros.trace_views import VIEWS
 
 TRACE, STATUS = "trace", "status"
-"""Under whose name a node has its topics, and the topic that tells of a step."""
+"""Prefix of the trace topics, and the topic with the status of a step."""
 NUMBERS, LISTED = f"{ros.HARDWARE}/numbers", f"{ros.HARDWARE}/tables"
-"""Names in the status, after the step's own: the trace without its arrays; each table and how many rows it has."""
+"""Names of further entries in the status: the trace without its arrays, and the number of rows of each table."""
 MAX_BYTES = 1_000_000
-"""More than any table has; what is larger is neither sent nor read."""
+"""Maximum size of a table; larger ones are neither sent nor read."""
 MAX_VALUES = 500
-"""Of numbers, in a status."""
+"""Maximum number of values in a status."""
 MAX_TEXT = 500
 SEQUENCES: dict[str, tuple[str, ...]] = {
     "result": ("speed", "steering_angle", "status"),
@@ -34,7 +34,7 @@ SEQUENCES: dict[str, tuple[str, ...]] = {
     "nearest": ("x", "y"),
     "pose": ("x", "y", "yaw"),
 }
-"""Tuples of a trace, and what their items are called on the way."""
+"""Tuples in a trace, and the names of their items in the message."""
 WORDS = {"true": True, "false": False, "none": None}
 
 
@@ -42,15 +42,15 @@ ARRAYS = {
     driver: frozenset(column.source for table in tables for column in table.columns)
     for driver, tables in TABLES.items()
 }
-"""Driver -> what of its trace is in a table."""
+"""Driver -> parts of its trace that are in a table."""
 
 
 @dataclass(frozen=True)
 class TraceHeader:
-    """What comes with a trace. born: tells one run of the node from the next. time: [s] of the end of the scan, or of
-    now where the car stands. speed [m/s], yaw_rate [rad/s], steering_angle [rad]: as the driver took them. step_us:
-    its own time. going: whether the car may move. said: why not. sent_speed [m/s], sent_angle [rad]: the command that
-    is sent."""
+    """The header of a trace. Its fields are keys of the message. born: identifies the run of the node. time: end of the
+    scan [s], or now while stopped. speed [m/s], yaw_rate [rad/s], steering_angle [rad]: the driver's input. step_us:
+    compute time [us]. going: whether the car may move. said: why not. sent_speed [m/s], sent_angle [rad]: the published
+    command."""
 
     born: str
     driver: str
@@ -66,7 +66,7 @@ class TraceHeader:
 
 
 def topics_of(driver: str) -> dict[str, str]:
-    """Name under TRACE -> type, of what a step of this driver is published as."""
+    """The topics of a driver's trace: name under TRACE -> message type."""
     views = {name: view.kind for name, view in VIEWS.get(driver, {}).items()}
     return {STATUS: ros.DIAGNOSTICS, **{table.name: ros.CLOUD for table in TABLES.get(driver, ())}, **views}
 
@@ -74,8 +74,8 @@ def topics_of(driver: str) -> dict[str, str]:
 def messages_of(
     header: TraceHeader, trace: Mapping[str, Any], frame: str, laser: tuple[float, float], wanted: set[str]
 ) -> Iterator[tuple[str, bytes]]:
-    """Name and bytes of each wanted message, the status last. laser: its x, y [m]. An empty trace has a status alone.
-    Raises ValueError where one would be too large or holds what cannot be sent."""
+    """Name and bytes of each wanted message, the status last. laser: its x, y [m]. An empty trace only has a status.
+    Raises ValueError for a message that is too large or has unsupported content."""
     now = nanoseconds(header.time)
     listed = {}
     for table in TABLES.get(header.driver, ()) if trace else ():
@@ -96,14 +96,14 @@ def messages_of(
 
 
 def _status(header: TraceHeader, trace: Mapping[str, Any], now: int, frame: str, listed: Mapping[str, str]) -> bytes:
-    told = {name: _text(value) for name, value in vars(header).items()}
+    values = {name: _text(value) for name, value in vars(header).items()}
     if not trace:
-        return ros.diagnostics(now, [Diagnosis(ros.HARDWARE, header.said, ros.WARN, told)], frame)
+        return ros.diagnostics(now, [Diagnosis(ros.HARDWARE, header.said, ros.WARN, values)], frame)
     numbers = dict(_numbers(trace, "", ARRAYS.get(header.driver, frozenset())))
     if len(numbers) > MAX_VALUES:
         raise ValueError(f"{len(numbers)} numbers are too many to be sent")
     about = [
-        ros.diagnosis(numbers.get("result.status", ""), told),
+        ros.diagnosis(numbers.get("result.status", ""), values),
         Diagnosis(NUMBERS, f"{len(numbers)} values", values=numbers),
         Diagnosis(LISTED, f"{len(listed)} tables", values=listed),
     ]
@@ -111,7 +111,7 @@ def _status(header: TraceHeader, trace: Mapping[str, Any], now: int, frame: str,
 
 
 def _numbers(trace: Mapping[str, Any], path: str, arrays: frozenset[str]) -> Iterator[tuple[str, str]]:
-    """Path and text of everything that is in no table."""
+    """Path and text of everything that is not in a table."""
     for name, value in trace.items():
         place = path + name
         if place in arrays:
@@ -126,7 +126,7 @@ def _numbers(trace: Mapping[str, Any], path: str, arrays: frozenset[str]) -> Ite
 
 
 def _text(value: object) -> str:
-    """A number in full, so that it comes back as it was."""
+    """The value as text, with full precision."""
     if value is None or isinstance(value, bool):
         return "none" if value is None else "true" if value else "false"
     if isinstance(value, (float, np.floating)):

@@ -1,5 +1,5 @@
-"""Steps of a driving node from their messages, which come in any order, may be lost and may hold anything: nothing but
-ValueError is raised. Messages are duck-typed; no function here needs ROS."""
+"""Assembles the steps of a driving node from their messages, which may arrive in any order, get lost, or be invalid:
+only ValueError is raised. Messages are duck-typed; nothing here needs ROS."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ from firstlap.ros.trace_message import (
 
 TYPES = {kind: np.dtype(name) for name, kind in POINT_TYPES.items()}
 INTEGER = re.compile(r"-?[0-9]{1,18}")
-"""That fits into 64 bits; a longer number is read as a float."""
+"""An integer that fits into 64 bits; longer ones are read as floats."""
 KEPT = 5
-"""Steps that are waited for at once; older ones are given up."""
+"""Maximum number of incomplete steps; the oldest are dropped."""
 
 Stamp = tuple[int, int]
 Trace = dict[str, Any]
@@ -37,14 +37,14 @@ Trace = dict[str, Any]
 
 @dataclass(frozen=True)
 class TraceStatus:
-    """Of one step. listed: the tables that belong to it."""
+    """The status of one step. listed: its tables."""
 
     header: TraceHeader
     numbers: dict[str, str]
     listed: tuple[Table, ...]
 
     def trace(self, messages: Mapping[str, Any]) -> Trace:
-        """Of its tables' messages by their names. Raises ValueError."""
+        """The trace, from the messages of its tables by name. Raises ValueError."""
         trace: Trace = {}
         for name, text in self.numbers.items():
             put(trace, name, _value(text))
@@ -57,10 +57,10 @@ class TraceStatus:
 
 
 def read_status(message: Any) -> TraceStatus:
-    """Of a DiagnosticArray. Raises ValueError."""
+    """Reads a DiagnosticArray. Raises ValueError."""
     about = {one.name: one for one in message.status[:MAX_VALUES]}
     if HARDWARE not in about:
-        raise ValueError("its status tells nothing of a step")
+        raise ValueError("the status has no entry of a step")
     header = _header(_values(about[HARDWARE]))
     numbers, listed = (_values(about[name]) if name in about else {} for name in (NUMBERS, LISTED))
     tables = tuple(table for table in TABLES.get(header.driver, ()) if table.name in listed)
@@ -68,10 +68,10 @@ def read_status(message: Any) -> TraceStatus:
 
 
 def read_table(table: Table, message: Any) -> Rows:
-    """Of a PointCloud2, which may have its fields anywhere and further ones. Raises ValueError."""
+    """Reads a PointCloud2, with fields in any order and possibly further ones. Raises ValueError."""
     count, size, data = message.width * message.height, message.point_step, memoryview(message.data)
     if size < 1 or not count * size == data.nbytes <= MAX_BYTES:
-        raise ValueError(f"{table.name} has {data.nbytes} bytes where {count} rows of {size} were expected")
+        raise ValueError(f"{table.name} has {data.nbytes} bytes; expected {count} rows of {size} bytes")
     found = {field.name: field for field in message.fields if field.count == 1}
     for name, kind in _columns(table):
         field = found.get(name)
@@ -90,12 +90,12 @@ def _columns(table: Table) -> list[tuple[str, np.dtype[Any]]]:
 
 def _values(status: Any) -> dict[str, str]:
     if len(status.values) > MAX_VALUES:
-        raise ValueError(f"its status has {len(status.values)} values where {MAX_VALUES} are the most")
+        raise ValueError(f"the status has {len(status.values)} values; at most {MAX_VALUES} are allowed")
     return {one.key[:MAX_TEXT]: one.value[:MAX_TEXT] for one in status.values}
 
 
 def _value(text: str) -> Any:
-    """What `_text` wrote."""
+    """The inverse of `trace_message._text`."""
     if text in WORDS:
         return WORDS[text]
     if INTEGER.fullmatch(text):
@@ -107,7 +107,7 @@ def _value(text: str) -> Any:
 
 
 def _sequence(name: str, items: tuple[str, ...], found: dict[str, Any]) -> tuple[Any, ...]:
-    """Its numbers, and texts where `status` says one."""
+    """The tuple from its items: `status` is text, all others are numbers."""
     good = found.keys() == set(items) and all(
         isinstance(found[item], str if item == "status" else (int, float)) for item in items
     )
@@ -123,7 +123,7 @@ def _header(values: Mapping[str, str]) -> TraceHeader:
         value = text if text is None or row.type == "str" else _value(text)
         value = float(value) if row.type == "float" and type(value) is int else value
         if type(value).__name__ != row.type or (isinstance(value, float) and not math.isfinite(value)):
-            raise ValueError(f"its status says no {row.name}")
+            raise ValueError(f"the status has no valid {row.name}")
         read[row.name] = value
     return TraceHeader(**read)
 
@@ -134,20 +134,20 @@ class _Step:
     tables: dict[str, Any] = field(default_factory=dict)
 
     def missing(self) -> list[str]:
-        """Names of what the status lists and what has not come."""
+        """Names of the listed tables that have not arrived."""
         listed = self.status.listed if self.status else ()
         return [table.name for table in listed if table.name not in self.tables]
 
 
 class TraceReader:
-    """Puts the messages of one stamp together. What it keeps is bounded."""
+    """Collects the messages of each stamp, with bounded memory."""
 
     def __init__(self) -> None:
         self._steps: dict[Stamp, _Step] = {}
 
-    def hear(self, name: str, message: Any) -> tuple[TraceHeader, Trace] | None:
-        """The step, where it is complete with this message of the topic `name`: STATUS, or a table's. Raises
-        ValueError where it cannot be read, or one will never be complete."""
+    def add(self, name: str, message: Any) -> tuple[TraceHeader, Trace] | None:
+        """Adds a message of the topic `name` (STATUS or a table); returns the step if it is now complete. Raises
+        ValueError for an unreadable message or a step that will never be complete."""
         stamp = message.header.stamp.sec, message.header.stamp.nanosec
         if name == STATUS:
             status = read_status(message)
@@ -155,7 +155,7 @@ class TraceReader:
         else:
             size = memoryview(message.data).nbytes
             if size > MAX_BYTES:
-                raise ValueError(f"{name} has {size} bytes where {MAX_BYTES} are the most")
+                raise ValueError(f"{name} has {size} bytes; at most {MAX_BYTES} are allowed")
             self._steps.setdefault(stamp, _Step()).tables[name] = message
         return self._completed(stamp)
 
@@ -164,14 +164,14 @@ class TraceReader:
         if step.status is None or step.missing():
             self._give_up()
             return None
-        heard = list(self._steps)
-        for one in heard[: heard.index(stamp) + 1]:  # what came before it is of no use any more
+        stamps = list(self._steps)
+        for one in stamps[: stamps.index(stamp) + 1]:  # earlier steps are obsolete
             del self._steps[one]
         return step.status.header, step.status.trace(step.tables)
 
     def _give_up(self) -> None:
-        """The oldest, where too many are waited for."""
+        """Drops the oldest incomplete steps, if there are too many."""
         while len(self._steps) > KEPT:
             step = self._steps.pop(next(iter(self._steps)))
             if step.missing():
-                raise ValueError(f"{', '.join(step.missing())} of the step did not come")
+                raise ValueError(f"{', '.join(step.missing())} of the step did not arrive")

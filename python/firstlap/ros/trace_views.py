@@ -1,4 +1,4 @@
-"""What the log holds of a step beside its tables, made from the trace: lines and markers for RViz and Foxglove."""
+"""Additional views of a trace, as in the log: lines and markers for RViz and Foxglove."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Trace = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class View:
-    """kind: of its messages. made: these, of a trace, its time [ns], the time that it took [us], and the frame."""
+    """kind: message type. made: builds the messages from a trace, its time [ns], compute time [us], and frame."""
 
     kind: str
     made: Callable[[Trace, int, float, str], list[bytes]]
@@ -34,7 +34,7 @@ def _path(trace: Trace, now: int, step_us: float, frame: str) -> list[bytes]:
 
 
 def _lookahead(trace: Trace, now: int, step_us: float, frame: str) -> list[bytes]:
-    """Nothing without a path."""
+    """Empty without a path."""
     if not len(trace["path"]["x"]):
         return []
     return [ros.lookahead(now, np.array([trace["lookahead"]["x"], trace["lookahead"]["y"]]), frame)]
@@ -53,4 +53,4 @@ VIEWS: dict[str, dict[str, View]] = {
         "numbers": View(ros.ARRAY, _numbers),
     }
 }
-"""Driver -> name of the topic -> view; under the names that they have in the log."""
+"""Driver -> topic name, as in the log -> view."""

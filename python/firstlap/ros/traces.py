@@ -1,4 +1,4 @@
-"""The driver's trace on the topics under ~/trace: only while somebody listens, and no oftener than asked."""
+"""Publishes the driver's trace under ~/trace, while there are subscribers and at `trace_rate` at most."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ CLASSES: dict[str, Any] = {
     ros.MARKER: Marker,
 }
 EARLY = 0.1
-"""Part of a period that a trace may come before its time: scans are not to the microsecond."""
+"""Fraction of the period by which a trace may be early, to tolerate jitter of the scans."""
 
 
 class Traces:
-    """Publishes for a driving node."""
+    """The trace publisher of a driving node."""
 
     def __init__(self, node: Any) -> None:
         self._node = node
@@ -46,39 +46,39 @@ class Traces:
         self._prepare()
 
     def _prepare(self) -> None:
-        """Makes the first messages for nobody: what they load and compile takes too long while the car drives."""
-        told = self._told((0.0, 0.0, 0.0), 0.0, 0.0, "", (0.0, 0.0))
-        with suppress(ValueError):  # said when it is to be sent
-            list(self._messages(told, self._node.driving.handle.trace, set(self._publishers)))
+        """Builds messages once in advance, because the first use loads modules, which takes too long while driving."""
+        header = self._header((0.0, 0.0, 0.0), 0.0, 0.0, "", (0.0, 0.0))
+        with suppress(ValueError):  # reported when it is to be published
+            list(self._messages(header, self._node.driving.handle.trace, set(self._publishers)))
 
     def publish(self, state: tuple[float, float, float], stamp: float, spent: float, sent: tuple[float, float]) -> None:
-        """After a step: state that it was given, end of its scan [s], time that it took [s], command that is sent."""
+        """Publishes a step: its input state, end of its scan [s], compute time [s], and published command."""
         if self._take_turn():
-            self._send(self._told(state, stamp, spent, "", sent), self._node.driving.handle.trace)
+            self._send(self._header(state, stamp, spent, "", sent), self._node.driving.handle.trace)
 
-    def stands(self) -> None:
-        """While the car may not drive: why."""
+    def publish_stopped(self) -> None:
+        """Publishes why the car is stopped."""
         if self._take_turn():
             node = self._node
             why = (node.watchdog.tripped or "not armed") if node.active else "the node is not active"
-            self._send(self._told(node.state.now(), node.now(), 0.0, why, (0.0, node.state.commanded)), {})
+            self._send(self._header(node.state.now(), node.now(), 0.0, why, (0.0, node.state.commanded)), {})
 
-    def _heard(self) -> set[str]:
-        """The topics that somebody listens to."""
+    def _subscribed(self) -> set[str]:
+        """Names of the topics with subscribers."""
         return {name for name, publisher in self._publishers.items() if publisher.get_subscription_count()}
 
     def _take_turn(self) -> bool:
-        """Whether this step is sent; if so, the next one is due a period later."""
+        """Whether this step is published; if so, the next one is due a period later."""
         now, rate = time.monotonic(), value_of(self._node, "trace_rate")
-        if rate <= 0.0 or now < self._next - EARLY / rate or not self._heard():
+        if rate <= 0.0 or now < self._next - EARLY / rate or not self._subscribed():
             return False
         self._next = max(self._next + 1.0 / rate, now)
         return True
 
-    def _told(
+    def _header(
         self, state: tuple[float, float, float], stamp: float, spent: float, why: str, sent: tuple[float, float]
     ) -> TraceHeader:
-        """why: the car may not drive; nothing where it may."""
+        """The header. why: why the car may not drive; empty if it may."""
         driver = self._node.driving.setup.driver
         speed, yaw_rate, steering_angle, sent_speed, sent_angle = (float(value) for value in (*state, *sent))
         return TraceHeader(
@@ -95,14 +95,14 @@ class Traces:
             sent_angle,
         )
 
-    def _send(self, told: TraceHeader, trace: Any) -> None:
+    def _send(self, header: TraceHeader, trace: Any) -> None:
         try:
-            for name, message in self._messages(told, trace, self._heard()):
+            for name, message in self._messages(header, trace, self._subscribed()):
                 self._publishers[name].publish(message)
         except ValueError as error:
-            self._node.get_logger().error(f"the trace: {error}", throttle_duration_sec=5.0)
+            self._node.get_logger().error(f"the trace was not published: {error}", throttle_duration_sec=5.0)
 
-    def _messages(self, told: TraceHeader, trace: Any, wanted: set[str]) -> Iterator[tuple[str, bytes]]:
+    def _messages(self, header: TraceHeader, trace: Any, wanted: set[str]) -> Iterator[tuple[str, bytes]]:
         driving = self._node.driving
         frame, laser = value_of(self._node, "base_frame"), driving.laser or driving.laser_given
-        return messages_of(told, trace, frame, laser, wanted)
+        return messages_of(header, trace, frame, laser, wanted)

@@ -1,4 +1,4 @@
-"""What the car measures about itself: odometry, IMU and wheel angle as they come, as one state."""
+"""The measured vehicle state from odometry, IMU and steering angle."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from firstlap.config.parameters import FieldTable
 from firstlap.ros.node_parameters import value_of
 
 ESTIMATE_FIELDS = FieldTable(_core.StateEstimateParams.fields())
-ABSURD_SPEED = 50.0
-"""[m/s] no such car is faster."""
+MAX_PLAUSIBLE_SPEED = 50.0
+"""[m/s] Higher measured speeds are invalid."""
 
 
 class StateSource:
-    """The newest of every source, or with `fuse_state` what the core's estimate makes of them.
+    """The newest values of all sources, or with `fuse_state` the core's fused estimate.
 
-    commanded: [rad] the steering angle that was commanded last.
+    commanded: last commanded steering angle [rad].
 
-    Every `*_reason` says why a message must not be used; empty when it may.
+    Each `*_reason` returns why a message must not be used; empty if it may.
     """
 
     def __init__(self, node: Any) -> None:
@@ -33,7 +33,7 @@ class StateSource:
         self.set_estimate()
 
     def set_estimate(self) -> None:
-        """A new estimate with the parameters as they are."""
+        """Creates the estimate with the current parameters."""
         if value_of(self._node, "fuse_state"):
             params = _core.StateEstimateParams()
             for field in ESTIMATE_FIELDS.fields:
@@ -41,21 +41,21 @@ class StateSource:
             self._estimate = _core.StateEstimate(params)
 
     def _predict(self, time: float) -> None:
-        """To the time of a measurement; one that is older than the last counts as now."""
+        """Predicts to the time of a measurement; an older one than the last counts as simultaneous."""
         if self._estimate:
             if self._time is not None and time > self._time:
                 self._estimate.predict(self.commanded, time - self._time)
             self._time = max(time, self._time or time)
 
     def odometry_reason(self, twist: Any) -> str:
-        """Of a geometry_msgs/Twist in the car's frame."""
+        """Checks a geometry_msgs/Twist in the car's frame."""
         speed, yaw_rate = twist.linear.x, twist.angular.z
         if not (math.isfinite(speed) and math.isfinite(yaw_rate)):
-            return "it is not finite"
-        return f"{speed:.0f} m/s" if abs(speed) > ABSURD_SPEED else ""
+            return "not finite"
+        return f"implausible speed of {speed:.0f} m/s" if abs(speed) > MAX_PLAUSIBLE_SPEED else ""
 
-    def hear_odometry(self, time: float, twist: Any) -> None:
-        """Good odometry."""
+    def add_odometry(self, time: float, twist: Any) -> None:
+        """Adds valid odometry."""
         self.speed = twist.linear.x
         if not self._imu:
             self.yaw_rate = twist.angular.z
@@ -66,11 +66,11 @@ class StateSource:
                 self._estimate.measure_yaw_rate(self.yaw_rate)
 
     def imu_reason(self, message: Any) -> str:
-        """Of a sensor_msgs/Imu."""
-        return "" if math.isfinite(message.angular_velocity.z) else "it is not finite"
+        """Checks a sensor_msgs/Imu."""
+        return "" if math.isfinite(message.angular_velocity.z) else "not finite"
 
-    def hear_imu(self, time: float, message: Any) -> None:
-        """A good IMU message."""
+    def add_imu(self, time: float, message: Any) -> None:
+        """Adds a valid IMU message."""
         self.yaw_rate = message.angular_velocity.z
         if self._estimate:
             self._predict(time)
@@ -84,24 +84,24 @@ class StateSource:
         return None
 
     def steering_reason(self, message: Any) -> str:
-        """Of a sensor_msgs/JointState."""
+        """Checks a sensor_msgs/JointState."""
         angle = self._joint(message)
         if angle is None:
-            return f"no joint {value_of(self._node, 'steering_joint')} in it"
-        return "" if math.isfinite(angle) else "it is not finite"
+            return f"no joint {value_of(self._node, 'steering_joint')}"
+        return "" if math.isfinite(angle) else "not finite"
 
-    def hear_steering(self, message: Any) -> None:
-        """A good wheel angle."""
+    def add_steering(self, message: Any) -> None:
+        """Adds a valid steering angle."""
         self.steering = self._joint(message)
         if self._estimate and self.steering is not None:
             self._estimate.measure_steering(self.steering)
 
-    def hear_command(self, steering_angle: float) -> None:
-        """What the servo was told."""
+    def add_command(self, steering_angle: float) -> None:
+        """Adds a commanded steering angle [rad]."""
         self.commanded = steering_angle
 
     def now(self) -> tuple[float, float, float]:
-        """Speed [m/s], yaw rate [rad/s], wheel angle [rad]; without a measured angle, the one last commanded."""
+        """Speed [m/s], yaw rate [rad/s] and steering angle [rad]; without a measured angle, the last commanded one."""
         if self._estimate:
             speed, yaw_rate, steering_angle = self._estimate.state()
             return speed, yaw_rate, steering_angle

@@ -288,7 +288,7 @@ def test_every_array_of_its_trace_is_in_a_table(oval, prepared):
         race.advance(steps)
         types = topics_of("global")
         reader, sent = TraceReader(), messages_of(told, handle.trace, "base_link", (0.27, 0.0), set(types))
-        heard = [reader.hear(name, typestore().deserialize_cdr(data, types[name])) for name, data in sent]
+        heard = [reader.add(name, typestore().deserialize_cdr(data, types[name])) for name, data in sent]
         _, got = next(step for step in heard if step)
         assert got.keys() == handle.trace.keys()
         np.testing.assert_allclose(got["plan"], handle.trace["plan"], atol=1e-5)

@@ -27,10 +27,10 @@ from firstlap.config.car_file import load_car
 from firstlap.config.setup_file import load_setup
 from firstlap.pitwall import sim_source
 from firstlap.pitwall.app import serve
-from firstlap.pitwall.authentication import Authenticator, Complaints
+from firstlap.pitwall.authentication import Authenticator, ErrorLog
 from firstlap.pitwall.camera import aspect_of
 from firstlap.pitwall.frame import Frame, Scenery
-from firstlap.pitwall.guarded_connection import BURST, RATE, Allowance, Role, may_pass
+from firstlap.pitwall.guarded_connection import BURST, RATE, Role, TokenBucket, may_pass
 from firstlap.pitwall.mailbox import Mailbox
 from firstlap.pitwall.recording_source import Planner, RecordingSource
 from firstlap.pitwall.sim_source import SimSource, scenery_of
@@ -73,10 +73,10 @@ def test_who_comes_late_is_led_through_what_there_is_and_not_through_all_that_wa
 
 
 def test_a_browser_is_heard_so_often_and_no_oftener() -> None:
-    allowance = Allowance(10.0, 3.0)
-    assert [allowance.take(5.0) for _ in range(5)] == pytest.approx([0.0, 0.0, 0.0, 0.1, 0.2])
-    assert allowance.take(5.31) == 0.0
-    assert [allowance.take(99.0) for _ in range(4)] == pytest.approx([0.0, 0.0, 0.0, 0.1])
+    bucket = TokenBucket(10.0, 3.0)
+    assert [bucket.take(5.0) for _ in range(5)] == pytest.approx([0.0, 0.0, 0.0, 0.1, 0.2])
+    assert bucket.take(5.31) == 0.0
+    assert [bucket.take(99.0) for _ in range(4)] == pytest.approx([0.0, 0.0, 0.0, 0.1])
 
 
 def test_a_flood_of_one_browser_is_slowed_down_and_another_is_heard_at_once() -> None:
@@ -107,15 +107,15 @@ def test_a_flood_of_one_browser_is_slowed_down_and_another_is_heard_at_once() ->
 
 
 def test_nonsense_is_said_once_and_much_of_it_in_few_lines(capsys: pytest.CaptureFixture[str]) -> None:
-    complaints = Complaints()
+    errors = ErrorLog()
     for _ in range(100):
-        complaints.say(ValueError("not a number\nat all"))
+        errors.report(ValueError("not a number\nat all"))
     assert capsys.readouterr().err == "view: ValueError: not a number at all\n"
     for i in range(1000):
-        complaints.say(ValueError(f"number {i}"))
+        errors.report(ValueError(f"number {i}"))
     lines = capsys.readouterr().err.splitlines()
-    assert len(lines) == Complaints.KEPT
-    assert lines[-1] == "view: and more of that"
+    assert len(lines) == ErrorLog.KEPT
+    assert lines[-1] == "view: further errors are not shown"
 
 
 def test_what_a_race_is_told_waits_for_it_and_holds_nobody_up() -> None:
@@ -140,7 +140,7 @@ def test_what_a_race_is_told_waits_for_it_and_holds_nobody_up() -> None:
 @pytest.fixture
 def race(arena: firstlap.Track, monkeypatch: pytest.MonkeyPatch) -> Iterator[SimSource]:
     """One that drives; its silence is noticed sooner than otherwise."""
-    monkeypatch.setattr(sim_source, "SILENCE", 0.4)
+    monkeypatch.setattr(sim_source, "RESPONSE_TIMEOUT", 0.4)
     source = SimSource(arena, load_setup("sure"), load_car("default"))
     source.start()
     wait_until(lambda: (frame := source.latest()) is not None and frame.speed > 0.1, 20.0)
@@ -152,8 +152,8 @@ def test_a_race_that_hangs_is_no_race_that_drives_and_restart_begins_another(rac
     hung = race._race
     assert hung is not None and hung.process.pid is not None
     os.kill(hung.process.pid, signal.SIGSTOP)
-    wait_until(lambda: "does not answer: restart" in race.latest().said)  # type: ignore[union-attr]
-    assert not race.latest().going, "nobody may read that it drives"  # type: ignore[union-attr]
+    wait_until(lambda: "does not respond: restart" in race.latest().message)  # type: ignore[union-attr]
+    assert not race.latest().may_drive, "nobody may read that it drives"  # type: ignore[union-attr]
     began = time.monotonic()
     for i in range(800):  # more than a pipe holds
         race.change({"velocity_profile.v_max": 3.0 + 0.001 * i})
@@ -163,7 +163,7 @@ def test_a_race_that_hangs_is_no_race_that_drives_and_restart_begins_another(rac
     assert time.monotonic() - began < 20.0
     race.restart()
     assert not hung.process.is_alive()
-    wait_until(lambda: race.latest().going and race.latest().speed > 0.1, 20.0)  # type: ignore[union-attr]
+    wait_until(lambda: race.latest().may_drive and race.latest().speed > 0.1, 20.0)  # type: ignore[union-attr]
     assert race.setup.get("velocity_profile.v_max") == pytest.approx(3.799)
     assert multiprocessing.active_children() == [race._race.process]  # type: ignore[union-attr]
 
@@ -259,14 +259,14 @@ def test_a_scan_that_cannot_be_shown_is_said_and_the_others_are_shown(
 
     monkeypatch.setattr(Planner, "show", show)
     played.start()
-    wait_until(lambda: (frame := played.latest()) is not None and "scan 7 cannot be shown" in frame.said)
+    wait_until(lambda: (frame := played.latest()) is not None and "scan 7 cannot be shown" in frame.message)
     assert not played.playing
     played.seek(20)
-    wait_until(lambda: (frame := played.latest()) is not None and not frame.said and "path" in frame.trace)
+    wait_until(lambda: (frame := played.latest()) is not None and not frame.message and "path" in frame.trace)
 
 
 def test_a_recording_without_scans_is_refused(played: RecordingSource) -> None:
-    with pytest.raises(InputError, match="has no scan to show"):
+    with pytest.raises(InputError, match="has no scans"):
         RecordingSource(played.recording.first(0), load_setup("sure"), load_car("default"))
 
 

@@ -241,7 +241,7 @@ def test_more_viewers_than_there_is_room_for_are_turned_away(
 def test_a_viewer_that_sleeps_is_given_up_and_holds_up_nobody(
     open_house: House, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(guarded_connection, "PATIENCE", 0.5)
+    monkeypatch.setattr(guarded_connection, "SEND_TIMEOUT", 0.5)
     server = open_house.server
     _sleeper = Viewer(open_house.authenticator).enter()
     wait_until(lambda: len(server.get_clients()) == 1)
@@ -263,7 +263,7 @@ def test_a_viewer_that_sleeps_is_given_up_and_holds_up_nobody(
 
 
 def test_a_taken_port_is_said_and_no_other_is_used(open_house: House) -> None:
-    with pytest.raises(InputError, match=f"port {open_house.authenticator.port} is taken"):
+    with pytest.raises(InputError, match=f"port {open_house.authenticator.port} is in use"):
         Authenticator().open(port=open_house.authenticator.port)
 
 
@@ -272,7 +272,7 @@ def test_a_taken_port_is_said_and_no_other_is_used(open_house: House) -> None:
     [
         ({"port": 70000}, "--port: 70000"),
         ({"host": "no.such.host.invalid"}, "--host"),
-        ({"host": "192.0.2.1"}, "port 8080 cannot"),
+        ({"host": "192.0.2.1"}, "port 8080 is not available"),
     ],
 )
 def test_what_cannot_be_listened_on_is_one_line(where: dict[str, Any], message: str) -> None:
@@ -355,7 +355,7 @@ def test_watchers_cannot_lock_out_who_controls(locked_house: House) -> None:
 
 
 def test_who_says_nothing_takes_up_no_place(locked_house: House, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(guarded_connection, "FIRST_MESSAGE", 0.3)
+    monkeypatch.setattr(guarded_connection, "FIRST_MESSAGE_TIMEOUT", 0.3)
     authenticator = locked_house.authenticator
     silent = Viewer(authenticator, cookie=cookie_from(authenticator, authenticator.watch_url))
     with pytest.raises(ConnectionClosed):

@@ -22,7 +22,7 @@ from firstlap.config.parameters import Field
 from firstlap.config.setup_file import load_setup
 from firstlap.pitwall import controls
 from firstlap.pitwall.authentication import Authenticator
-from firstlap.pitwall.camera import on_ground
+from firstlap.pitwall.camera import ground_point
 from firstlap.pitwall.drive_panel import heading_along
 from firstlap.pitwall.limits_panel import rules_html
 from firstlap.pitwall.panel import Panel, WatchPanel
@@ -168,7 +168,7 @@ def whole_page(whole_wall: Wall) -> Iterator[Page]:
 @pytest.fixture
 def wall(whole_wall: Wall, monkeypatch: pytest.MonkeyPatch) -> Wall:
     """With a car as it was loaded, and less patience than people need."""
-    monkeypatch.setattr(controls, "SETTLE", 0.2)
+    monkeypatch.setattr(controls, "SETTLING_TIME", 0.2)
     monkeypatch.setattr(controls, "HOLD", 0.1)
     whole_wall.source.anew()
     return whole_wall
@@ -216,7 +216,7 @@ def test_a_box_takes_values_between_the_steps(wall: Wall, page: Page) -> None:
 def test_what_is_typed_on_the_way_to_a_number_never_drives(
     wall: Wall, page: Page, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(controls, "SETTLE", 1.0)
+    monkeypatch.setattr(controls, "SETTLING_TIME", 1.0)
     page.move("k_ang", 0, 0.3, 0.35)
     wait_until(lambda: wall.source.setup.get("k_ang") == 0.35)
     assert {"stanley.k_ang": 0.0} not in wall.source.changes
@@ -237,7 +237,7 @@ def test_leaving_the_box_of_an_impossible_value_does_not_make_it_the_nearest(
     wall: Wall, page: Page, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     before = wall.source.setup
-    monkeypatch.setattr(controls, "SETTLE", 1.0)
+    monkeypatch.setattr(controls, "SETTLING_TIME", 1.0)
     page.move("v_max", 99.0, 20.0)
     page.until(lambda: page.notices)
     assert "99" in page.notices[0]["body"]
@@ -350,7 +350,7 @@ def test_the_key_that_stops_does_not_press_go_as_well(wall: Wall, page: Page, mo
     page.press("Go")
     page.look(0.2)
     assert wall.source.orders == ["stop"]
-    monkeypatch.setattr("firstlap.pitwall.drive_panel.SECOND_THOUGHTS", 0.0)
+    monkeypatch.setattr("firstlap.pitwall.drive_panel.GO_LOCKOUT", 0.0)
     page.press("Go")
     wait_until(lambda: wall.source.orders == ["stop", "go"])
 
@@ -383,9 +383,9 @@ def test_restart_and_placing_by_hand(wall: Wall, page: Page) -> None:
 
 
 def test_a_ray_that_misses_the_ground_places_nothing() -> None:
-    assert on_ground((0.0, 0.0, 5.0), (0.0, 0.0, 1.0)) is None
-    assert on_ground((0.0, 0.0, 5.0), (1.0, 0.0, 0.0)) is None
-    assert on_ground((0.0, 0.0, 5.0), (3.0, 0.0, -1.0)) == (15.0, 0.0)
+    assert ground_point((0.0, 0.0, 5.0), (0.0, 0.0, 1.0)) is None
+    assert ground_point((0.0, 0.0, 5.0), (1.0, 0.0, 0.0)) is None
+    assert ground_point((0.0, 0.0, 5.0), (3.0, 0.0, -1.0)) == (15.0, 0.0)
     assert heading_along(Standing.scenery.centerline[:0], (0.0, 0.0), 0.7) == 0.7
 
 
@@ -481,7 +481,7 @@ def test_a_recording_is_played_stepped_and_wound(wall: Wall, monkeypatch: pytest
         page.move("scan", 400)
         wait_until(lambda: tape.scan == 400)
         page.until(lambda: "scan 400 of 500" in page.text())
-        page.move("pace", "5")
+        page.move("playback speed", "5")
         wait_until(lambda: tape.pace == 5.0)
         keys = {props["hotkey"]: uuid for uuid, props in page.commands.items()}
         page.viewer.say(type="CommandTriggerMessage", uuid=keys["arrowleft"])

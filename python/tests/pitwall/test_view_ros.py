@@ -33,8 +33,8 @@ def odometry(stamp: float, x: float, yaw: float, frame: str, speed: float = 1.0)
 def test_a_pose_is_the_one_of_its_moment_across_the_turn_of_an_angle() -> None:
     places = Places()
     assert places.at(1.0) is None
-    places.hear_odometry(odometry(1.0, 0.0, math.pi - 0.1, "odom"))
-    places.hear_odometry(odometry(2.0, 4.0, -math.pi + 0.1, "odom"))
+    places.on_odometry(odometry(1.0, 0.0, math.pi - 0.1, "odom"))
+    places.on_odometry(odometry(2.0, 4.0, -math.pi + 0.1, "odom"))
     x, _, yaw = places.at(1.75) or (0.0, 0.0, 0.0)
     assert x == pytest.approx(3.0)
     assert math.remainder(yaw - (math.pi + 0.05), 2.0 * math.pi) == pytest.approx(0.0, abs=1e-9)
@@ -43,14 +43,14 @@ def test_a_pose_is_the_one_of_its_moment_across_the_turn_of_an_angle() -> None:
 
 def test_a_localizer_puts_the_car_into_the_map_and_laps_begin_anew() -> None:
     places = Places()
-    places.hear_odometry(odometry(1.0, 2.0, 0.0, "odom"))
+    places.on_odometry(odometry(1.0, 2.0, 0.0, "odom"))
     assert not places.in_map
     book = places.book
     turn = SimpleNamespace(x=0.0, y=0.0, z=math.sin(0.25 * math.pi), w=math.cos(0.25 * math.pi))
     place = SimpleNamespace(translation=SimpleNamespace(x=10.0, y=0.0, z=0.0), rotation=turn)
     step = SimpleNamespace(header=SimpleNamespace(frame_id="map"), child_frame_id="odom", transform=place)
-    places.frames.hear(SimpleNamespace(transforms=[step]))
-    places.hear_odometry(odometry(1.1, 2.0, 0.0, "odom"))
+    places.frames.add(SimpleNamespace(transforms=[step]))
+    places.on_odometry(odometry(1.1, 2.0, 0.0, "odom"))
     assert places.in_map
     assert places.book is not book
     assert places.newest()[1] == pytest.approx((10.0, 2.0, 0.5 * math.pi))
@@ -58,8 +58,8 @@ def test_a_localizer_puts_the_car_into_the_map_and_laps_begin_anew() -> None:
 
 def test_a_simulators_truth_comes_before_odometry() -> None:
     places = Places()
-    places.hear_truth(odometry(1.0, 7.0, 0.0, "map"))
-    places.hear_odometry(odometry(1.1, 2.0, 0.0, "odom", speed=3.0))
+    places.on_ground_truth(odometry(1.0, 7.0, 0.0, "map"))
+    places.on_odometry(odometry(1.1, 2.0, 0.0, "odom", speed=3.0))
     assert (places.in_map, places.newest()[1], places.speed) == (True, (7.0, 0.0, 0.0), 3.0)
 
 

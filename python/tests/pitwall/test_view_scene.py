@@ -236,7 +236,7 @@ def test_without_a_track_there_is_ground_to_drive_on(server: viser.ViserServer, 
     server.scene.reset()
     scene = Scene(server, Scenery(), load_car("default"))
     scene.show(replace(frames["local"], pose=None))
-    ground = shown(server, "/map/ground/metres")
+    ground = shown(server, "/map/ground/meters")
     assert shown(server, "/map/walls/seen") is None
     scene.show(replace(frames["local"], pose=(100.0, -30.0, 0.0)))
     low, high = ground.points[..., :2].min(axis=(0, 1)), ground.points[..., :2].max(axis=(0, 1))
@@ -298,7 +298,7 @@ def test_the_running_lap_is_timed_from_where_its_source_says(
 ) -> None:
     table, now = LapTable(server.gui), replace(frames["local"], time=0.5)
     table.show(now)
-    table.show(replace(now, time=7.5, began=6.25))  # restarted before its first lap was done
+    table.show(replace(now, time=7.5, lap_start=6.25))  # restarted before its first lap was done
     assert "1.2</td>" in table._html.content
 
 
@@ -380,7 +380,7 @@ def test_the_terms_of_the_steering_are_plotted_in_degrees(frames: dict[str, Fram
 
 
 def test_names_and_words_of_others_cannot_become_markup(frames: dict[str, Frame]) -> None:
-    frame = replace(frames["local"], driver="<b>x", said="<script>alert(1)</script>")
+    frame = replace(frames["local"], driver="<b>x", message="<script>alert(1)</script>")
     text = status_of(frame, "<i>setup", 25.0)
     for told in ("<b>x", "<script>", "<i>setup"):
         assert told not in text
@@ -461,8 +461,8 @@ def test_a_frame_that_cannot_be_shown_is_said_once_and_the_next_one_is_shown(
     monkeypatch.setattr(app.scene, "show", broken)
     wait_until(lambda: len(said) > 3)
     monkeypatch.undo()
-    before = len(app._moments), app._moments[-1] if app._moments else 0.0
-    wait_until(lambda: bool(app._moments) and app._moments[-1] > before[1])
+    before = len(app._frame_times), app._frame_times[-1] if app._frame_times else 0.0
+    wait_until(lambda: bool(app._frame_times) and app._frame_times[-1] > before[1])
     assert capsys.readouterr().err.count("view: ValueError: no good frame") == 1
 
 
@@ -505,7 +505,7 @@ def test_what_the_car_is_sent_is_shown_rather_than_the_wish_of_the_driver(frames
     frame = frames["local"]
     wish = frame.trace["result"][0]
     assert wish > 1.0 and commanded(frame)[0] == wish
-    stopped = replace(frame, going=False, said="emergency stop", sent=(0.0, 0.1))
+    stopped = replace(frame, may_drive=False, message="emergency stop", sent=(0.0, 0.1))
     assert commanded(stopped)[:2] == (0.0, 0.1)
     assert "of 0.0" in status_of(stopped, "setup sure", 30.0)
     (curve,) = [curve for curve in PLOTS[0].curves if curve.name("local") == "commanded"]

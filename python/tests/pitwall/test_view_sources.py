@@ -97,7 +97,7 @@ def test_a_lap_is_counted_with_its_line(arena: firstlap.Track) -> None:
     assert second.clearance == pytest.approx(raced.laps[1].min_clearance, abs=1e-3)
     assert len(second.line) == len(second.speed) == pytest.approx(second.time / watched.period, abs=2)
     assert np.hypot(*np.diff(second.line, axis=0).T).sum() == pytest.approx(raced.laps[1].distance, rel=0.01)
-    assert "lap 2 in" in watched.said
+    assert "lap 2 in" in watched.message
 
 
 def test_a_lap_says_which_setup_drove_it(arena: firstlap.Track) -> None:
@@ -112,7 +112,7 @@ def test_a_lap_says_which_setup_drove_it(arena: firstlap.Track) -> None:
         watched.tick()
     assert [lap_setup.short(lap) for lap in watched.laps] == ["sure", "… sure +1", "sure +1", "… race"]
     assert lap_setup.long(watched.laps[2]) == "setup sure; v_max 3"
-    assert lap_setup.long(watched.laps[3]) == "setup race; something else drove its begin"
+    assert lap_setup.long(watched.laps[3]) == "setup race; setup changed during the lap"
 
 
 def test_the_pace_that_was_asked_for_counts_as_loaded(arena: firstlap.Track) -> None:
@@ -158,21 +158,21 @@ def test_a_contact_is_said_until_the_car_is_placed(arena: firstlap.Track) -> Non
     watched = sim_race(arena, "race", mu_scale=0.2)
     for _ in range(2000):
         watched.tick()
-        if not watched.frame().going:
+        if not watched.frame().may_drive:
             break
     frame = watched.frame()
-    assert "contact at" in frame.said
-    assert "m: place the car or restart" in frame.said
+    assert "contact at" in frame.message
+    assert "m: place the car or restart" in frame.message
     watched.go()
     watched.tick()
-    assert not watched.frame().going
+    assert not watched.frame().may_drive
     watched.set_condition("world.mu_scale", 1.0)
     watched.place(arena.start_pose(5.0))
     for _ in range(40):
         watched.tick()
-    assert watched.frame().going
+    assert watched.frame().may_drive
     assert watched.frame().speed > 0.5
-    assert not watched.said
+    assert not watched.message
 
 
 def test_a_stop_counts_from_its_moment_and_not_from_the_next_scan(arena: firstlap.Track) -> None:
@@ -231,12 +231,12 @@ def test_frames_and_laps_come_from_the_other_process(source: SimSource) -> None:
     assert later.pose is not None
     assert len(later.trace["points"]) > 1000
     assert later.step_us > 0.0
-    assert 0.0 <= (later.way or -1.0) < source.track.length
+    assert 0.0 <= (later.distance or -1.0) < source.track.length
     assert source.scenery.bounds() is not None
 
 
 def test_a_parameter_changes_the_running_driver(source: SimSource) -> None:
-    shown(source, lambda frame: frame.going and frame.speed > 2.5)
+    shown(source, lambda frame: frame.may_drive and frame.speed > 2.5)
     source.change({"velocity_profile.v_max": 2.0})
     assert source.setup.get("v_max") == 2.0
     assert source.loaded.get("v_max") != 2.0
@@ -254,38 +254,38 @@ def test_a_bad_value_is_refused_with_its_reason_and_the_race_goes_on(source: Sim
     with pytest.raises(InputError, match=r"sensors\.latency"):
         source.set_condition("sensors.latency", 5.0)
     assert source.setup is before
-    number = shown(source, lambda frame: frame.going).number
-    shown(source, lambda frame: frame.number > number + 5 and frame.going)
+    number = shown(source, lambda frame: frame.may_drive).number
+    shown(source, lambda frame: frame.number > number + 5 and frame.may_drive)
 
 
 @pytest.mark.parametrize("pace", [20.0, 1.0, 0.1])
 def test_the_emergency_stop_counts_at_once_and_until_go(source: SimSource, pace: float) -> None:
-    shown(source, lambda frame: frame.going and frame.speed > 2.0)
+    shown(source, lambda frame: frame.may_drive and frame.speed > 2.0)
     source.set_condition("pace", pace)
     asked = time.monotonic()
     source.stop()
-    frame = shown(source, lambda frame: not frame.going)
+    frame = shown(source, lambda frame: not frame.may_drive)
     assert time.monotonic() - asked < 0.3
-    assert "emergency stop" in frame.said
+    assert "emergency stop" in frame.message
     source.set_condition("pace", 20.0)
     stood = shown(source, lambda frame: abs(frame.speed) < 0.15 and frame.time > 1.0)
     still = shown(source, lambda frame: frame.time > stood.time + 2.0)
-    assert not still.going
-    assert abs(still.way - stood.way) < 0.5  # type: ignore[operator]
+    assert not still.may_drive
+    assert abs(still.distance - stood.distance) < 0.5  # type: ignore[operator]
     source.go()
-    shown(source, lambda frame: frame.going and frame.speed > 1.0)
+    shown(source, lambda frame: frame.may_drive and frame.speed > 1.0)
 
 
 def test_the_car_is_restarted_and_placed(source: SimSource) -> None:
     source.stop()
     source.restart()
-    frame = shown(source, lambda frame: not frame.laps and abs(frame.speed) < 0.2 and frame.way is not None)
-    assert min(frame.way, source.track.length - frame.way) < 0.5  # type: ignore[operator, type-var]
-    assert frame.began is not None
-    assert frame.time - frame.began < 1.0
+    frame = shown(source, lambda frame: not frame.laps and abs(frame.speed) < 0.2 and frame.distance is not None)
+    assert min(frame.distance, source.track.length - frame.distance) < 0.5  # type: ignore[operator, type-var]
+    assert frame.lap_start is not None
+    assert frame.time - frame.lap_start < 1.0
     there = source.track.start_pose(12.0)
     source.place(there)
-    frame = shown(source, lambda frame: abs((frame.way or 0.0) - 12.0) < 0.3)
+    frame = shown(source, lambda frame: abs((frame.distance or 0.0) - 12.0) < 0.3)
     assert np.hypot(frame.pose[0] - there[0], frame.pose[1] - there[1]) < 0.3  # type: ignore[index]
     wall = source.track.walls[0][3]
     for pose, words in (
@@ -296,7 +296,7 @@ def test_the_car_is_restarted_and_placed(source: SimSource) -> None:
         with pytest.raises(InputError, match=words):
             source.place(pose)
     source.go()
-    shown(source, lambda frame: frame.going and frame.speed > 1.0)
+    shown(source, lambda frame: frame.may_drive and frame.speed > 1.0)
 
 
 def test_another_driver_takes_over(source: SimSource) -> None:
@@ -313,11 +313,11 @@ def test_another_driver_takes_over(source: SimSource) -> None:
 def test_friction_is_changed_without_a_restart(source: SimSource) -> None:
     laps = len(shown(source, lambda frame: len(frame.laps) > 0).laps)
     source.set_condition("world.mu_scale", 0.15)
-    frame = shown(source, lambda frame: "contact" in frame.said)
+    frame = shown(source, lambda frame: "contact" in frame.message)
     assert len(frame.laps) >= laps
     source.set_condition("mu_scale", 1.0)
     source.restart()
-    shown(source, lambda frame: frame.going and frame.speed > 1.0)
+    shown(source, lambda frame: frame.may_drive and frame.speed > 1.0)
 
 
 def test_who_asks_for_nothing_holds_nothing_up(arena: firstlap.Track) -> None:
@@ -388,19 +388,19 @@ def test_a_race_ends_with_the_process_that_shows_it(tmp_path: Path) -> None:
 
 
 def test_a_race_that_hangs_is_said_and_goes_on_where_it_was(source: SimSource) -> None:
-    shown(source, lambda frame: frame.going)
+    shown(source, lambda frame: frame.may_drive)
     assert source._race is not None
     pid = source._race.process.pid
     assert pid is not None
     os.kill(pid, signal.SIGSTOP)
     try:
-        frame = shown(source, lambda frame: "does not answer" in frame.said)
+        frame = shown(source, lambda frame: "does not respond" in frame.message)
         source.stop()
     finally:
         os.kill(pid, signal.SIGCONT)
-    shown(source, lambda one: one.number > frame.number and "emergency stop" in one.said)
+    shown(source, lambda one: one.number > frame.number and "emergency stop" in one.message)
     source.go()
-    shown(source, lambda frame: frame.going and frame.speed > 1.0)
+    shown(source, lambda frame: frame.may_drive and frame.speed > 1.0)
 
 
 def test_a_race_whose_process_died_says_so_and_begins_anew(source: SimSource) -> None:
@@ -408,17 +408,17 @@ def test_a_race_whose_process_died_says_so_and_begins_anew(source: SimSource) ->
     pid = source._race.process.pid
     assert pid is not None
     os.kill(pid, signal.SIGKILL)
-    frame = shown(source, lambda frame: "has ended" in frame.said)
-    assert "signal 9" in frame.said
-    assert not frame.going
+    frame = shown(source, lambda frame: "has ended" in frame.message)
+    assert "signal 9" in frame.message
+    assert not frame.may_drive
     source.stop()
     with pytest.raises(InputError, match="restart"):
         source.change({"k_ang": 0.3})
     source.go()
     source.restart()
     again = shown(source, lambda one: one.number > frame.number + 5)
-    assert again.going
-    assert "ended" not in again.said
+    assert again.may_drive
+    assert "ended" not in again.message
 
 
 # A recording.
@@ -592,16 +592,19 @@ def test_the_command_serves_until_ctrl_c(cli: Callable[..., Said], tmp_path: Pat
     with subprocess.Popen(
         [*command, "arena", "--port", "0", "--no-open"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     ) as process:
-        assert process.stdout is not None
-        address = process.stdout.readline().strip()
-        with urllib.request.urlopen(address, timeout=LONG) as page:
-            assert page.status == 200
-        port = address.rstrip("/").rpartition(":")[2]
-        taken = cli("view", "arena", "--port", port, "--no-open")
-        assert taken.code == 2
-        assert f"port {port} is taken" in taken.err
-        process.send_signal(signal.SIGINT)
-        _, said = process.communicate(timeout=LONG)
+        try:
+            assert process.stdout is not None
+            address = process.stdout.readline().strip()
+            with urllib.request.urlopen(address, timeout=LONG) as page:
+                assert page.status == 200
+            port = address.rstrip("/").rpartition(":")[2]
+            taken = cli("view", "arena", "--port", port, "--no-open")
+            assert taken.code == 2
+            assert f"port {port} is in use" in taken.err
+            process.send_signal(signal.SIGINT)
+            _, said = process.communicate(timeout=LONG)
+        finally:
+            process.kill()
         assert process.returncode == 0, said
         assert "Traceback" not in said
         assert "leaked" not in said

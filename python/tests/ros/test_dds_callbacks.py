@@ -108,7 +108,7 @@ class Bench:
         self.call(node.on_check)
         if i % 20 == 0:
             self.call(node.on_heartbeat)
-            self.call(node.rivals.on_claim, String(data=node.rivals._claims.own(True).encode()))
+            self.call(node.other_drivers.on_claim, String(data=node.other_drivers._claims.own(True).encode()))
         if i % 40 == 39:
             self.call(node.health.publish)
 

@@ -108,7 +108,7 @@ def test_a_node_that_died_and_comes_back_waits_for_a_person_though_it_was_told_t
     node.send(signal.SIGKILL)
     node.wait()
     back = drive(car, "--go")
-    car.until(lambda: "the node before this one died while it drove" in back.said, "it says so")
+    car.until(lambda: "the previous node died while it drove" in back.said, "it says so")
     stands(car)
     let_go(car)
 

@@ -87,7 +87,7 @@ def test_preflight_finds_the_simulated_car_good_and_its_signs_right(free_car: An
             wrong.pop("odometry agrees")  # it stood too short to be compared, and did not move
         assert wrong == {}
         if "drive forward" in checks:
-            assert {"scan", "odometry", "laser's place", "drive", "turn left"} <= set(checks)
+            assert {"scan", "odometry", "laser mounting", "drive", "turn left"} <= set(checks)
             assert code == 0
             return
     pytest.skip("the machine is so busy that scans came with holes in six attempts, and preflight did not let it drive")
@@ -99,8 +99,8 @@ def test_preflight_says_what_is_missing(free_car: Any) -> None:
     code, checks = preflight(lab)
     assert lab.probe.set("/firstlap_sim", nan_scans=False, scan_frame="") == ["", ""]
     assert code == 1
-    assert "0 of 1081 beams return" in checks["scan's beams"]["said"]
-    assert "no transform from base_link to nowhere" in checks["laser's place"]["said"]
+    assert "0 of 1081 beams return" in checks["scan beams"]["said"]
+    assert "no transform from base_link to nowhere" in checks["laser mounting"]["said"]
 
 
 def test_latency_is_measured_between_two_processes(lab: Any) -> None:

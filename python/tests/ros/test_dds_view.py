@@ -51,10 +51,10 @@ def drives(lab: Any, source: RosSource) -> Frame:
     """Until the car goes, by the source's own consent."""
 
     def going(frame: Frame) -> bool:
-        if not frame.going:
+        if not frame.may_drive:
             with suppress(InputError):
                 source.go()
-        return bool(frame.going and "path" in frame.trace and frame.speed > 0.5)
+        return bool(frame.may_drive and "path" in frame.trace and frame.speed > 0.5)
 
     return frame_when(lab, source, going, "a frame of a car that drives")
 
@@ -125,8 +125,8 @@ def test_stop_stops_the_car_within_the_limit_and_only_go_lets_it_drive(shared_la
     lab = shared_lab
     drives(lab, watched)
     lab.stops_in_time(watched.stop, known=True)
-    frame = frame_when(lab, watched, lambda one: not one.going, "a frame of the stop")
-    assert "emergency stop" in frame.said or "~/stop" in frame.said
+    frame = frame_when(lab, watched, lambda one: not one.may_drive, "a frame of the stop")
+    assert "emergency stop" in frame.message or "~/stop" in frame.message
     answer = lab.probe.trigger("/firstlap_drive/resume")
     assert (answer.success, answer.message) == (False, "emergency stop"), (
         "nobody else's consent counts while it is held"
@@ -136,7 +136,7 @@ def test_stop_stops_the_car_within_the_limit_and_only_go_lets_it_drive(shared_la
 
 def test_a_lap_is_counted_by_the_cars_pose(shared_lab: Any, watched: RosSource) -> None:
     def lapped(frame: Frame) -> bool:
-        if not frame.going:
+        if not frame.may_drive:
             drives(shared_lab, watched)
         return bool(frame.laps)
 
@@ -162,8 +162,8 @@ def test_a_node_that_is_not_active_says_so_and_go_lets_it_drive_or_says_why_not(
 ) -> None:
     lab = shared_lab
     assert lab.probe.change_state(Transition.TRANSITION_DEACTIVATE)
-    frame = frame_when(lab, watched, lambda one: "not active" in one.said and one.trace, "the reason, and the scan")
-    assert not frame.going
+    frame = frame_when(lab, watched, lambda one: "not active" in one.message and one.trace, "the reason, and the scan")
+    assert not frame.may_drive
     assert len(frame.trace["points"]) > 500
     assert lab.probe.set("/firstlap_sim", drop_scans=1.0) == [""]
     lab.until(lambda: "no scan" in refused(watched), "go says what is missing")
@@ -177,7 +177,7 @@ def test_a_driver_that_dies_is_said_and_the_scan_shown_and_a_new_one_is_found(
     lab = shared_lab
     drives(lab, watched)
     lab.drive.send(signal.SIGKILL)
-    frame = frame_when(lab, watched, lambda one: "no trace for" in one.said and one.trace, "the loss, and the scan")
+    frame = frame_when(lab, watched, lambda one: "no trace for" in one.message and one.trace, "the loss, and the scan")
     assert (frame.driver, set(frame.trace)) == ("", {"points"})
     with pytest.raises(InputError, match=r"no driving node|did not answer"):
         watched.change({"v_max": 3.0})
@@ -195,15 +195,15 @@ def test_a_held_stop_keeps_a_node_from_driving_that_starts_only_then(shared_lab:
     lab.start_drive()
     lab.until(lambda: "waiting: an emergency stop was pressed" in lab.drive.said, "a node that waits")
     assert lab.probe.speed() == 0.0
-    frame_when(lab, watched, lambda one: not one.going and "active" in one.said, "its frame")
+    frame_when(lab, watched, lambda one: not one.may_drive and "active" in one.message, "its frame")
     drives(lab, watched)
 
 
 def test_a_simulator_that_dies_is_said_and_found_again(shared_lab: Any, watched: RosSource) -> None:
     lab = shared_lab
     lab.sim.send(signal.SIGKILL)
-    frame = frame_when(lab, watched, lambda one: not one.going, "the stop")
-    assert re.search("no scan for|no odom for", frame.said)
+    frame = frame_when(lab, watched, lambda one: not one.may_drive, "the stop")
+    assert re.search("no scan for|no odom for", frame.message)
     lab.sim.wait()
     lab.start_sim()
     drives(lab, watched)
@@ -215,11 +215,13 @@ def test_where_nobody_is_that_is_said_and_closing_leaves_nothing_running(lab: An
     source.start()
     try:
         frame = frame_when(lab, source, lambda one: True, "a frame")
-        assert re.fullmatch(r"no trace for [\d.]+ s: no driving node /firstlap_drive; no scan", frame.said)
+        assert re.fullmatch(r"no trace for [\d.]+ s: no driving node /firstlap_drive; no scan", frame.message)
         with pytest.raises(InputError, match="no driving node"):
             source.change({"v_max": 3.0})
         source.stop()
-        frame_when(lab, source, lambda one: "reaches nobody" in one.said, "that the stop is not heard")
+        frame_when(
+            lab, source, lambda one: "nobody receives the emergency stop" in one.message, "that the stop is not heard"
+        )
         with pytest.raises(InputError, match="no driving node"):
             source.go()
     finally:

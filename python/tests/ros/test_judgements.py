@@ -117,20 +117,20 @@ def transform(parent: str, child: str, x: float, roll: float = 0.0, yaw: float =
 
 def test_the_lasers_place_is_found_through_the_tree_and_a_bad_one_refused() -> None:
     frames = Frames()
-    frames.hear(
+    frames.add(
         SimpleNamespace(transforms=[transform("base_link", "deck", 0.2), transform("deck", "laser", 0.07, yaw=0.3)])
     )
-    frames.hear(SimpleNamespace(transforms=[transform("odom", "base_link", 5.0)]))
+    frames.add(SimpleNamespace(transforms=[transform("odom", "base_link", 5.0)]))
     place = frames.find("base_link", "laser")
     assert place is not None
     mount = mount_of(place)
     assert (mount.x, mount.yaw, mount.upside_down) == (pytest.approx(0.27), pytest.approx(0.3), False)
     assert frames.find("base_link", "nowhere") is None
-    frames.hear(SimpleNamespace(transforms=[transform("base_link", "hung", 0.2, roll=math.pi)]))
+    frames.add(SimpleNamespace(transforms=[transform("base_link", "hung", 0.2, roll=math.pi)]))
     hung = frames.find("base_link", "hung")
     assert hung is not None
     assert mount_of(hung).upside_down
-    frames.hear(SimpleNamespace(transforms=[transform("base_link", "leaning", 0.2, roll=0.5)]))
+    frames.add(SimpleNamespace(transforms=[transform("base_link", "leaning", 0.2, roll=0.5)]))
     leaning = frames.find("base_link", "leaning")
     assert leaning is not None
     with pytest.raises(ValueError, match="is tilted by 29 degrees"):
@@ -167,7 +167,7 @@ def test_a_beam_points_where_the_transform_turns_it(roll: float, pitch: float, y
     place = SimpleNamespace(translation=SimpleNamespace(x=0.2, y=-0.05, z=0.1), rotation=quaternion)
     header = SimpleNamespace(frame_id="base_link")
     frames = Frames()
-    frames.hear(SimpleNamespace(transforms=[SimpleNamespace(header=header, child_frame_id="laser", transform=place)]))
+    frames.add(SimpleNamespace(transforms=[SimpleNamespace(header=header, child_frame_id="laser", transform=place)]))
     found = frames.find("base_link", "laser")
     assert found is not None
     mount = mount_of(found)
@@ -229,9 +229,7 @@ def test_preflight_says_what_is_wrong() -> None:
     steady = [0.025 * i for i in range(40)]
     assert check_rate("scan", "/scan", Sample(steady, [], None), 0.0, BOUNDS["scan"]).good
     assert "nothing on /scan" in check_rate("scan", "/scan", Sample([], [], None), 0.0, BOUNDS["scan"]).said
-    assert (
-        "hole of 1000 ms" in check_rate("scan", "/scan", Sample([*steady, 1.975], [], None), 0.0, BOUNDS["scan"]).said
-    )
+    assert "gap of 1000 ms" in check_rate("scan", "/scan", Sample([*steady, 1.975], [], None), 0.0, BOUNDS["scan"]).said
     assert check_scan(*judged(scan_message(np.ones(100)), AHEAD, 0.025)).good
     assert check_scan(*judged(scan_message(np.full(100, np.inf)), AHEAD, 0.025)).good is False
     assert check_mount(Mount(0.27, 0.12, 0.0, False), "base_link").said.startswith(
@@ -255,7 +253,7 @@ def test_preflight_says_what_is_wrong() -> None:
     assert check_agreement(("speed: no",), ("the scans",)) == ("odometry agrees", False, "speed: no")
     assert check_turn(0.6, 0.58).good
     assert "yaw rate has the wrong sign" in check_turn(-0.6, 0.58).said
-    assert "wrong way round" in check_turn(0.6, -0.6).said
+    assert "wrong direction" in check_turn(0.6, -0.6).said
     assert check_turn(0.0, 0.0).good is None
 
 
@@ -283,7 +281,7 @@ def test_without_ros_a_command_says_in_one_line_how_to_get_it(
         require_ros()
     assert run(command.split()) == 2
     error = capsys.readouterr().err
-    assert error.startswith("error: ROS 2 is not here")
+    assert error.startswith("error: ROS 2 is not available")
     assert error.count("\n") == 1
 
 

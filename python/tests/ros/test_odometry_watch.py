@@ -46,11 +46,11 @@ class Car:
             rate = math.remainder(yaw - before[2], 2.0 * math.pi) / PERIOD
             self.watch.note((self.time, forward * speed, 0.0, turn * rate, 0.0, 0.0, 0.0))
             if told:
-                self.watch.hear_command(self.time, told)
+                self.watch.add_command(self.time, told)
             ranges = self.lidar.scan(x, y, yaw)
             step = float(self.lidar.angles[1] - self.lidar.angles[0])
             scan = _core.LaserScan(ranges, float(self.lidar.angles[0]), step, 0.0, 0.06, 30.0)
-            self.watch.hear_scan(scan, self.time, MOUNT)
+            self.watch.add_scan(scan, self.time, MOUNT)
             self.watch.work()
 
 
@@ -109,9 +109,9 @@ def test_wheels_on_a_stand_are_told_and_do_not_stop_the_car(car: Car) -> None:
     for _ in range(60):
         car.time += PERIOD
         car.watch.note((car.time, 0.8, 0.0, 0.0, 0.0, 0.0, 0.0))
-        car.watch.hear_command(car.time, 0.8)
+        car.watch.add_command(car.time, 0.8)
         assert car.watch._waiting is not None
-        car.watch.hear_scan(car.watch._waiting.scan, car.time, MOUNT)
+        car.watch.add_scan(car.watch._waiting.scan, car.time, MOUNT)
         car.watch.work()
     assert car.watch.reason == ""
     assert "on a stand" in car.watch.summary

@@ -11,7 +11,7 @@ def heard(*stamps: float) -> Period:
     """A period of these stamps."""
     period = Period()
     for stamp in stamps:
-        period.hear(stamp)
+        period.add(stamp)
     return period
 
 
@@ -26,11 +26,11 @@ def test_a_period_is_the_median_of_its_steps_and_not_known_from_one() -> None:
 
 def test_a_step_is_the_time_since_the_last_stamp_and_none_at_first_or_after_a_new_beginning() -> None:
     period = Period()
-    assert period.hear(5.0) == 0.0
-    assert period.hear(5.2) == pytest.approx(0.2)
-    assert period.hear(5.1) == 0.0
+    assert period.add(5.0) == 0.0
+    assert period.add(5.2) == pytest.approx(0.2)
+    assert period.add(5.1) == 0.0
     period.forget()
-    assert (period.hear(99.0), period.seconds) == (0.0, 0.0)
+    assert (period.add(99.0), period.seconds) == (0.0, 0.0)
 
 
 @pytest.mark.parametrize("rate", [5.0, 5.5, 7.0, 8.0, 10.0, 15.0, 20.0, 40.0, 100.0])
@@ -51,4 +51,4 @@ def test_a_timeout_is_bounded_and_somebody_may_say_another() -> None:
 
 def test_a_source_that_is_too_slow_for_its_timeout_is_named_with_the_rate_it_needs() -> None:
     assert rate_reason("scan", 0.5, 0.5) == "scan at 2.0 Hz; with a timeout of 0.5 s it needs 3.0 Hz"
-    assert rate_reason("scan", 0.0, 0.5) == "too little of scan yet to know its rate"
+    assert rate_reason("scan", 0.0, 0.5) == "too few messages of scan yet to measure its rate"

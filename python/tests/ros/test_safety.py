@@ -67,10 +67,10 @@ def test_a_simulated_clock_that_stands_still_for_too_long_is_told_and_asking_cha
     clock = ClockWatch(0.25)
     assert clock.reason(9.0) == "", "nobody looked yet"
     for now, steady in ((1.0, 10.0), (1.1, 10.1), (1.1, 10.3)):
-        clock.look(now, steady)
+        clock.update(now, steady)
     assert clock.reason(10.35) == ""
     assert clock.reason(10.4) == clock.reason(10.4) == "/clock stood still for 0.30 s"
-    clock.look(1.2, 10.4)
+    clock.update(1.2, 10.4)
     assert clock.reason(10.4) == ""
 
 
@@ -145,7 +145,7 @@ def test_a_node_that_ends_stops_the_car_before_it_waits_for_its_thread() -> None
         watch=SimpleNamespace(stop=lambda: did.append("waits for the thread")),
         publish_stop=lambda: did.append("stop"),
         emergency=SimpleNamespace(drives=lambda drives: None),
-        rivals=SimpleNamespace(claim=lambda drives: None),
+        other_drivers=SimpleNamespace(claim=lambda drives: None),
         drive=SimpleNamespace(wait_for_all_acked=lambda timeout: None),
     )
     DriveNode.halt(node)  # type: ignore[arg-type]

@@ -65,7 +65,7 @@ def messages(told: TraceHeader, trace: Mapping[str, Any], frame: str = "base_lin
 
 def hear(reader: TraceReader, name: str, message: Any) -> Any:
     """A message of the topic `name`, where the reader takes it."""
-    return reader.hear(name, message) if name == STATUS or hasattr(message, "point_step") else None
+    return reader.add(name, message) if name == STATUS or hasattr(message, "point_step") else None
 
 
 def read(parts: list[tuple[str, Any]]) -> Any:
@@ -255,7 +255,7 @@ def test_a_table_that_never_comes_is_said_and_nothing_grows(traces: dict[str, An
     for i in range(5 * KEPT):
         parts = messages(replace(TOLD, time=12.5 + 0.05 * i), trace)
         heard = {said(*part) for part in parts if part[0] != "left"}
-        assert heard == ({"", "left of the step did not come"} if i >= KEPT else {""})
+        assert heard == ({"", "left of the step did not arrive"} if i >= KEPT else {""})
 
 
 def test_a_nan_of_any_kind_stays_one(traces: dict[str, Any]) -> None:
@@ -318,19 +318,19 @@ def _number(message: Any, name: str, value: str) -> None:
 
 
 STRANGE = {
-    "nothing": (lambda m: setattr(m, "status", []), "nothing of a step"),
-    "another's": (lambda m: setattr(m.status[0], "name", "vesc"), "nothing of a step"),
-    "no driver": (lambda m: _told(m, driver=None), "no driver"),
-    "a speed of text": (lambda m: _told(m, speed="fast"), "no speed"),
-    "a time that is none": (lambda m: _told(m, time="nan"), "no time"),
-    "a time beyond all numbers": (lambda m: _told(m, time="9" * 400), "no time"),
-    "perhaps going": (lambda m: _told(m, going="perhaps"), "no going"),
+    "nothing": (lambda m: setattr(m, "status", []), "no entry of a step"),
+    "another's": (lambda m: setattr(m.status[0], "name", "vesc"), "no entry of a step"),
+    "no driver": (lambda m: _told(m, driver=None), "no valid driver"),
+    "a speed of text": (lambda m: _told(m, speed="fast"), "no valid speed"),
+    "a time that is none": (lambda m: _told(m, time="nan"), "no valid time"),
+    "a time beyond all numbers": (lambda m: _told(m, time="9" * 400), "no valid time"),
+    "perhaps going": (lambda m: _told(m, going="perhaps"), "no valid going"),
     "a speed of text in the result": (lambda m: _number(m, "result.speed", "fast"), "result"),
     "a result of four": (lambda m: _number(m, "result.more", "1"), "result"),
     "a number in a number": (lambda m: _number(m, "width.x", "1"), "is a number"),
     "an array as a number": (lambda m: _number(m, "left.points", "1"), "twice"),
     "a folder that is a table": (lambda m: _number(m, "samples.x", "1"), "twice"),
-    "values without end": (lambda m: [_number(m, f"n{i}", "1") for i in range(1000)], "the most"),
+    "values without end": (lambda m: [_number(m, f"n{i}", "1") for i in range(1000)], "at most"),
 }
 
 
@@ -392,7 +392,7 @@ def test_the_pit_wall_shows_any_broken_step_or_says_why_not(step: tuple[str, int
     for edit in edits:
         spoil(taken[which % len(taken)][1], *edit)
     for name, message in taken:
-        source.hear_trace(name, message)
+        source.on_trace(name, message)
     frame = source.latest()
     assert frame is None or math.isfinite(frame.time)
     assert "\n" not in source._bad_trace

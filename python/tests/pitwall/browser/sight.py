@@ -128,7 +128,7 @@ class Sight:
 
     def moment(self) -> float | None:
         """[s] of the race or recording, as the status line has it."""
-        found = re.search(r"pictures a second(\d+\.\d) s", self.text())
+        found = re.search(r"frames per second(\d+\.\d) s", self.text())
         return float(found[1]) if found else None
 
     def press(self, label: str) -> None:

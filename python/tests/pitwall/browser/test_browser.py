@@ -94,7 +94,7 @@ def test_frames_go_on_coming_with_1081_beams(pit: Pit, sight: Sight, capsys: pyt
     with capsys.disabled():
         print(
             f"\n1081 beams: {pit.app.updates:.0f} frames a second shown by the server, {shown / seconds:.0f} batches a "
-            f"second reached the page, {drawn / seconds:.0f} pictures a second drawn"
+            f"second reached the page, {drawn / seconds:.0f} frames per second drawn"
         )
     assert shown > 4
     assert sight.moment() != moment
@@ -165,9 +165,9 @@ def test_the_emergency_stop_reaches_the_car_within_0_3_s(
         with capsys.disabled():
             print(f"\n{how}: told after {told:.3f} s, stood after {stood:.3f} s, from {fastest:.1f} m/s")
         sight.until(lambda: "STOPPED" in sight.text())
-        way = pit.source.latest().way
+        way = pit.source.latest().distance
         sight.page.wait_for_timeout(600)
-        assert pit.source.latest().way == pytest.approx(way, abs=0.02)
+        assert pit.source.latest().distance == pytest.approx(way, abs=0.02)
         sight.picture("stopped")
         sight.press("Go")
         sight.until(lambda: pit.source.latest().speed > 0.5)
@@ -186,12 +186,12 @@ def stop_by(how: str, pit: Pit, sight: Sight) -> tuple[float, float, float]:
     else:
         sight.page.keyboard.press("Space")
     done = 0.001 * sight.count("done")
-    sight.until(lambda: any(not frame.going and abs(frame.speed) < 0.05 for _, frame in tuple(frames.seen)))
+    sight.until(lambda: any(not frame.may_drive and abs(frame.speed) < 0.05 for _, frame in tuple(frames.seen)))
     frames.stop()
-    told, first = next((at, frame) for at, frame in frames.seen if not frame.going)
-    stood, last = next((at, frame) for at, frame in frames.seen if not frame.going and abs(frame.speed) < 0.05)
+    told, first = next((at, frame) for at, frame in frames.seen if not frame.may_drive)
+    stood, last = next((at, frame) for at, frame in frames.seen if not frame.may_drive and abs(frame.speed) < 0.05)
     # What then is left is the simulated brakes' doing; a slow car stands before.
-    later = next((frame for _, frame in frames.seen if not frame.going and frame.time >= first.time + 0.2), last)
+    later = next((frame for _, frame in frames.seen if not frame.may_drive and frame.time >= first.time + 0.2), last)
     assert later is last or first.speed - later.speed > 0.6
     return told - done, stood - done, max(frame.speed for _, frame in frames.seen)
 

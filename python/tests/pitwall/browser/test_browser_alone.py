@@ -45,7 +45,7 @@ def test_a_wrong_token_sees_nothing_and_a_watcher_has_no_controls(browser: Brows
         watcher.until(lambda: "watching" in watcher.text())
         assert watcher.page.locator("input[inputmode]").count() == 0
         watcher.picture("watching")
-        assert source.latest().going
+        assert source.latest().may_drive
         watcher.close()
     finally:
         app.close()
@@ -62,7 +62,7 @@ def test_on_a_phone_the_emergency_stop_is_seen_without_scrolling(browser: Browse
         assert seen is not None
         assert seen["y"] + seen["height"] < 800.0
         phone.press("EMERGENCY STOP")
-        phone.until(lambda: not source.latest().going)
+        phone.until(lambda: not source.latest().may_drive)
         phone.picture("phone")
         phone.close()
         session = Sight(browser, authenticator.url).ready()

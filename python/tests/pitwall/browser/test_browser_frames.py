@@ -32,7 +32,7 @@ YARD = np.array([[-4.0, -4.0], [4.0, -4.0], [4.0, 4.0], [-4.0, 4.0], [-4.0, -4.0
 COLORS = {"car": rgb(INK), "cloud": rgb(LEFT), "line": rgb(LINE)}
 PERIOD = 0.1
 """[s] between steps."""
-PICTURES = 60
+FRAMES = 60
 TOLERANCE = 6.0
 """[pixels] by which the middle of what is drawn on whole pixels moves within itself; a step is 30 of them and more."""
 
@@ -111,7 +111,7 @@ def test_car_cloud_and_line_of_a_picture_are_of_one_step(watched: tuple[App, Sig
     sight.page.evaluate("colors => { window.colors = colors; }", COLORS)
     sight.until(lambda: settled(sight.page.evaluate("window.places.slice(-8)")))
     sight.page.evaluate("() => { window.places = []; }")
-    sight.until(lambda: int(sight.page.evaluate("window.places.length")) >= PICTURES)
+    sight.until(lambda: int(sight.page.evaluate("window.places.length")) >= FRAMES)
     at = middles(sight.page.evaluate("() => { window.colors = {}; return window.places.splice(0); }"))
     sight.picture(f"one_step_{mode.split()[-1].lower()}")
     for name in ("cloud", "line"):

@@ -1,4 +1,4 @@
-"""What every source holds: its newest frame, what drives, and what "reset" goes back to."""
+"""The state that all sources have: newest frame, current setup and loaded setup."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from firstlap.config.setup_file import Setup
 from firstlap.pitwall.frame import Frame
 
 
-class Holding:
-    """The part of a `Source` that only looks."""
+class SourceState:
+    """The read-only part of a `Source`."""
 
     def __init__(self, setup: Setup) -> None:
         self._setup = self._loaded = setup
@@ -20,10 +20,10 @@ class Holding:
 
     @property
     def setup(self) -> Setup:
-        """What drives now."""
+        """The current setup."""
         return self._setup
 
     @property
     def loaded(self) -> Setup:
-        """What "reset" goes back to."""
+        """The setup that "reset" restores."""
         return self._loaded
