@@ -1,6 +1,6 @@
 #!/bin/bash
-# The C++ library as other projects use it: installed and found by find_package, and as a part of their own build by
-# FetchContent; both with the oldest CMake and compiler that we support.
+# Builds consumers of the C++ library: installed and found by find_package, and as part of their own build by
+# FetchContent; both with the oldest supported CMake and compiler.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 root="$PWD"

@@ -1,6 +1,7 @@
 """Compares the lap time of our racing lines with an independent nonlinear program (casadi, ipopt).
 
-Returns 1 where one is beyond 1 % or the program is unsolved. Needs the extra `global`. Takes a minute or so per track.
+Exit code 1 if one differs by more than 1 % or the program is not solved. Needs the extra `global`. Takes about a minute
+per track.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ ALLOWED = 0.01
 
 
 def main() -> int:
-    """One row per track."""
+    """Prints one row per track."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("tracks", nargs="*", default=TRACKS)
     parser.add_argument("--car", default="default")

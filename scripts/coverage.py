@@ -23,14 +23,14 @@ PAGE = BUILD / "coverage.md"
 HEAD = """# Coverage
 
 Lines and branches that run in the C++ tests and in the Python tests (without those over DDS, `make test-ros`). Whether
-a test would notice a fault there is another question: docs/mutants.md. C++ without the branches of exceptions
-that the compiler adds.
+a test would detect a fault there is another question: docs/mutants.md. In C++, branches that the compiler adds for
+exceptions are excluded.
 """
 
 
 @dataclass
 class Count:
-    """What runs, of how much."""
+    """Covered and total numbers of lines and branches."""
 
     lines: int = 0
     lines_run: int = 0
@@ -45,14 +45,14 @@ class Count:
 
 
 def run(*command: str | Path) -> None:
-    """Ends the script where the command fails."""
+    """Runs a command; ends the script if it fails."""
     done = subprocess.run(command, cwd=ROOT, check=False)
     if done.returncode != 0:
         sys.exit(f"error: {' '.join(map(str, command))} ended with {done.returncode}")
 
 
 def measure_cpp() -> dict[str, Count]:
-    """By layer."""
+    """Coverage by layer."""
     run("cmake", "--preset", "coverage")
     run("cmake", "--build", "--preset", "coverage")
     for old in BUILD.rglob("*.gcda"):
@@ -73,7 +73,7 @@ def measure_cpp() -> dict[str, Count]:
 
 
 def measure_python() -> dict[str, Count]:
-    """By package."""
+    """Coverage by package."""
     summary = BUILD / "python.json"
     reports = (f"--cov-report=json:{summary}", f"--cov-report=html:{HTML / 'python'}")
     jobs = str(os.cpu_count() or 1)
@@ -89,7 +89,7 @@ def measure_python() -> dict[str, Count]:
 
 
 def by_folder(files: Iterable[tuple[Path, Count]]) -> dict[str, Count]:
-    """Sums over the files of each folder; those at the top stand under a dot."""
+    """Sums over the files of each folder; top-level files count as folder "."."""
     sums: dict[str, Count] = defaultdict(Count)
     for path, count in files:
         sums[path.parts[0] if len(path.parts) > 1 else "."].add(count)
@@ -101,7 +101,7 @@ def share(part: int, whole: int) -> str:
 
 
 def table(title: str, counts: dict[str, Count]) -> str:
-    """One Markdown table, with a last row for all."""
+    """One Markdown table, with the total in the last row."""
     every = Count()
     lines = [f"| {title} | lines | covered | branches | covered |", "|---|--:|--:|--:|--:|"]
     for count in counts.values():

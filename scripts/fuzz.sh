@@ -1,5 +1,5 @@
 #!/bin/bash
-# Fuzzes step (libFuzzer), the map reader and the setup reader (atheris), each for so many seconds.
+# Fuzzes `step` (libFuzzer), the map reader and the setup reader (atheris), each for the given number of seconds.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 export PATH="$PWD/.venv/bin:$PATH"
@@ -15,7 +15,7 @@ build/fuzz/cpp/fuzz_step -max_total_time="$seconds" -max_len=4096 -timeout=5 -pr
   -artifact_prefix=build/corpus/ build/corpus/step 2>&1 | grep -E 'stat::|ERROR|SUMMARY|panic|DONE|abort' ; [ "${PIPESTATUS[0]}" = 0 ]
 
 if ! python -c 'import atheris' 2>/dev/null; then
-  echo "atheris has no wheel for this Python: the readers are not fuzzed"
+  echo "atheris has no wheel for this Python version: skipping the readers"
   exit 0
 fi
 cp setups/*.yaml build/corpus/setup/

@@ -1,6 +1,6 @@
-"""Draw the pictures of docs/gallery.md: run the `firstlap explain` commands that stand there, and make them small.
+"""Draw the plots of docs/gallery.md: run the `firstlap explain` commands of the page, and shrink the images.
 
-Usage: scripts/gallery.py   (a command whose map is not on this machine is left out, its picture stays)
+Usage: scripts/gallery.py   (commands whose map is missing on this machine are skipped; their plots stay unchanged)
 """
 
 import os
@@ -25,7 +25,7 @@ def commands(page: str) -> list[list[str]]:
 
 
 def shrink(picture: pathlib.Path) -> None:
-    """Half the pixels and few colors: such a picture needs no more."""
+    """Shrinks an image to half the size and few colors."""
     with Image.open(picture) as image:
         height = round(image.height * WIDTH / image.width)
         small = image.convert("RGB").resize((WIDTH, height), Image.Resampling.LANCZOS)
@@ -33,12 +33,12 @@ def shrink(picture: pathlib.Path) -> None:
 
 
 def main() -> int:
-    """Draw every picture; 1 when a command failed."""
+    """Draws every plot. Exit code 1 if a command fails."""
     os.chdir(ROOT)
     for arguments in commands(PAGE.read_text(encoding="utf-8")):
         track = arguments[1]
         if track.endswith(".yaml") and not (ROOT / track).is_file():
-            print(f"{track} is not here; its picture stays as it is", file=sys.stderr)
+            print(f"{track} is missing; its plot stays unchanged", file=sys.stderr)
             continue
         picture = ROOT / arguments[arguments.index("--plot") + 1]
         if run([*arguments[:-1], str(picture)]) != 0:

@@ -33,7 +33,7 @@ def parameter_file(name: str) -> str:
 
 
 def main(check: bool) -> int:
-    """Exit code: 1 where a file is not what it should be."""
+    """Writes or, with --check, compares. Exit code 1 if a file is out of date."""
     wanted = {f"{name}.yaml": parameter_file(name) for name in names()}
     there = {path.name: path.read_text(encoding="utf-8") for path in FOLDER.glob("*.yaml")}
     if wanted == there:

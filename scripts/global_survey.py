@@ -1,8 +1,8 @@
-"""Races one setup on many tracks, one race after the other, and goes on where it was stopped.
+"""Races one setup on many tracks, one race at a time; an interrupted survey is resumed.
 
-Prints what `firstlap survey --json` prints, for scripts/opponents_page.py, with two more per track: `compute` (p50,
-p99 of a step in microseconds) and `statuses` (steps per status). For drivers that take minutes a track: a race that is
-in the store is not driven again, as long as nothing that it depends on has changed. Seed 1 of every track comes first.
+Prints the JSON of `firstlap survey --json`, for scripts/opponents_page.py, with two additional entries per track:
+`compute` (p50, p99 of a step in microseconds) and `statuses` (steps per status). For drivers that need minutes per
+track: a stored race is only repeated if something that it depends on has changed. Seed 1 of every track comes first.
 """
 
 from __future__ import annotations
@@ -33,18 +33,18 @@ from firstlap.tracks.track import Track
 from firstlap.tracks.track_hash import track_hash
 
 SOURCES = ("control", "drivers", "localization", "mapping", "planning", "sim", "tracks", "config/driver_kind.py")
-"""What of the package's Python a race depends on, besides the core."""
+"""The parts of the Python package that a race depends on, in addition to the core."""
 
 
 def key_of(track: Track, setup: Setup, car: Car, given: argparse.Namespace, seed: int) -> str:
-    """Of a race in the store: of everything that it depends on."""
+    """The key of a race in the store: a hash of everything that it depends on."""
     said = [track_hash(track), setup.driver, setup.params(car.core).values(), car.core.values(), given.laps, seed]
     text = json.dumps([*said, given.latency, given.code], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()[:40]
 
 
 def kept(result: RaceResult) -> dict[str, Any]:
-    """What is stored of a race."""
+    """The stored result of a race."""
     status = Counter(result.path["status"].tolist())
     return {
         **result.to_dict(),
@@ -58,7 +58,7 @@ def kept(result: RaceResult) -> dict[str, Any]:
 def raced(
     spec: str, track: Track, reverse: bool, seed: int, setup: Setup, car: Car, given: Any
 ) -> dict[str, Any] | None:
-    """A race, from the store or driven now; None where it may not be driven."""
+    """A race, from the store or driven now; None if it must not be driven."""
     way = track.reversed() if reverse else track
     place = given.store / f"{key_of(way, setup, car, given, seed)}.json"
     try:
@@ -85,7 +85,7 @@ def raced(
 
 
 def summary(spec: str, track: Track, races: list[dict[str, Any]]) -> dict[str, Any]:
-    """A row as of `firstlap survey --json`, with compute and statuses."""
+    """A row as in `firstlap survey --json`, with `compute` and `statuses`."""
     row = TrackSummary(spec, track.length)
     for found in races:
         facts = {**found, "laps": [Lap(**lap) for lap in found["laps"]], "path": {"s": np.array([found["s"]])}}
@@ -98,9 +98,9 @@ def summary(spec: str, track: Track, races: list[dict[str, Any]]) -> dict[str, A
 
 
 def main() -> int:
-    """Drives what is missing and prints. 1 where a race did not finish."""
+    """Runs the missing races and prints the result. Exit code 1 if a race did not finish."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("tracks", nargs="+", help="as of `firstlap survey`")
+    parser.add_argument("tracks", nargs="+", help="as for `firstlap survey`")
     parser.add_argument("--setup", default="global")
     parser.add_argument("--car", default="default")
     parser.add_argument("--laps", type=int, default=10)
@@ -109,7 +109,7 @@ def main() -> int:
     parser.add_argument("--latency", default="measured")
     parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE")
     parser.add_argument("--store", type=Path, default=cache_folder("everywhere"))
-    parser.add_argument("--stored", action="store_true", help="drive nothing: print what is in the store")
+    parser.add_argument("--stored", action="store_true", help="only print what is in the store")
     given = parser.parse_args()
     given.code = hash_of_code(SOURCES)
     given.store.mkdir(parents=True, exist_ok=True)

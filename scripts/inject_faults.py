@@ -1,9 +1,9 @@
-"""Lets the map-based driver down at many places of a lap and counts contacts. 1 where there was one.
+"""Injects faults into the map-based driver at many places of a lap and counts contacts. Exit code 1 if there was one.
 
-MODE: lost (no pose from then on), kidnap (the filter is displaced by 0.5 m), wall (one across the road that the map
-does not know: round a bend the car may see it too late to stop), box (one 1 m wide appears on the car's line where its
-nose is --sight shortest stopping distances away, see `robustness.stopping_distance`; what counts is when a scan first
-shows it, which walls may hide until later). Needs the extra `global`.
+MODE: lost (no pose from then on), kidnap (the filter is displaced by 0.5 m), wall (a wall across the track that is not
+in the map; behind a curve, the car may see it too late to stop), box (a box of 1 m width appears on the car's line when
+its front is --sight shortest stopping distances away, see `robustness.stopping_distance`; it counts from the first scan
+that shows it, because walls may occlude it). Needs the extra `global`.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def walled(track: Track, s: float) -> Track:
 
 
 def let_down(driver: Any, mode: str, direction: float) -> None:
-    """What goes wrong."""
+    """The fault modes."""
     if mode == "lost":
         driver._pose = lambda *_: None
     elif mode == "kidnap":
@@ -52,7 +52,7 @@ def let_down(driver: Any, mode: str, direction: float) -> None:
 
 
 def drive(track: Track, setup: Setup, car: Car, prepared: Preparation, mode: str, at: float, direction: float) -> Any:
-    """A race in which it goes wrong at `at` [m] of the first lap: its result, and the speed [m/s] then."""
+    """A race with the fault at `at` [m] of the first lap: its result, and the speed [m/s] at that time."""
     handle = driver_kind("global").make(setup.params(car.core), car, prepared)
     race = start_race(walled(track, at) if mode == "wall" else track, handle, car, laps=1, seed=2)
     end, then = np.inf, 0.0
@@ -67,7 +67,7 @@ def drive(track: Track, setup: Setup, car: Car, prepared: Preparation, mode: str
 
 
 def on_box(race_now: Any, driver: Any, box: Any) -> bool:
-    """Whether the last scan has returns enough on the box (x, y, yaw of its middle)."""
+    """Whether the last scan has enough returns on the box (x, y, yaw of its center)."""
     seen = driver.seen
     near = returns(seen["scan"], *race_now[1:], driver.guard.body, seen["scan"].range_max)
     local = transform(between(np.array(box), np.zeros(3)), transform(np.array(race_now[0]), near))
@@ -76,8 +76,8 @@ def on_box(race_now: Any, driver: Any, box: Any) -> bool:
 
 
 def to_box(track: Track, setup: Setup, car: Car, prepared: Preparation, box: Box) -> tuple[Any, float, float, float]:
-    """From a run-up to a box and a stop: the result; and when the box first was in a scan the speed, the way from the
-    nose to it, and the shortest stopping distance [m/s, m, m]."""
+    """A drive from a run-up to a box and a stop: its result; and, when the box first was in a scan, the speed, the
+    distance from the car's front to it, and the shortest stopping distance [m/s, m, m]."""
     handle = driver_kind("global").make(setup.params(car.core), car, prepared)
     options = {"start_s": box.s - RUN_UP, "obstacle_at": RUN_UP, "obstacle_offset": box.offset, "stuck_time": 0.5}
     options |= {"obstacle_sight": box.sight, "obstacle_width": BOX_WIDTH, "obstacle_length": BOX_LENGTH}
@@ -99,7 +99,7 @@ def to_box(track: Track, setup: Setup, car: Car, prepared: Preparation, box: Box
 
 
 def check_boxes(track: Track, setup: Setup, car: Car, prepared: Preparation, given: argparse.Namespace) -> int:
-    """One row per place: contacts with boxes that were in view early enough."""
+    """Prints one row per place; returns the number of contacts with boxes that were visible early enough."""
     reference = race(track, setup, car, laps=2, preparation=prepared)
     contacts = runs = 0
     print("at m   m/s  in view at m  shortest stop m  times   outcome  end m/s  clearance m")
@@ -119,7 +119,7 @@ def check_boxes(track: Track, setup: Setup, car: Car, prepared: Preparation, giv
 
 
 def main() -> int:
-    """One row per place."""
+    """Prints one row per place."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("track")
     parser.add_argument("mode", choices=("lost", "kidnap", "wall", "box"))

@@ -1,5 +1,5 @@
 #!/bin/bash
-# Formats, linters and types. Expects `make build` and `make dev` before it.
+# Checks formatting, runs linters and type checks. Needs `make build` and `make dev`.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 export PATH="$PWD/.venv/bin:$PATH"

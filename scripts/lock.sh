@@ -1,6 +1,6 @@
 #!/bin/sh
-# Renews requirements/*.txt: one version of every package for Python 3.10 and newer, with hashes and
-# without addresses of a registry. Run it after a change of the dependencies in pyproject.toml.
+# Updates requirements/*.txt: one version of every package for Python 3.10 and newer, with hashes and without registry
+# addresses. Run it after changing the dependencies in pyproject.toml.
 set -eu
 cd "$(dirname "$0")/.."
 

@@ -1,8 +1,10 @@
-"""Prints the tables of docs/global-map.md: how true the maps are, and how well the filter follows a race on them.
+"""Prints the tables of docs/global-map.md: accuracy of the maps, and of the localization in a race on them.
 
-One slow lap maps each track; then the race setup is driven, and the localizer follows on that map: undisturbed, from
-a start that is 2 m and 45 degrees wrong, and set down 0.5 m elsewhere every three seconds. Maps of other people are
-read from --maps.
+Each track is mapped in one slow lap. Then the setup `race` is driven, and the localizer runs on that map: undisturbed,
+with
+an error of 2 m and 45 degrees at the start, and displaced by 0.5 m every three seconds. Maps of other teams are read
+from
+--maps.
 """
 
 from __future__ import annotations
@@ -34,7 +36,7 @@ def specs(maps: Path | None) -> list[str]:
 
 
 def map_row(track: Track) -> tuple[str, OccupancyMap]:
-    """One line of the first table, and the map."""
+    """A row of the first table, and the map."""
     car = load_car("default")
     result = map_track(track)
     error = check_map(result.map, track, true_start(track, car))
@@ -51,7 +53,7 @@ def map_row(track: Track) -> tuple[str, OccupancyMap]:
 
 
 def follow_row(track: Track, known: OccupancyMap, setup: str) -> str:
-    """One line of the second table."""
+    """A row of the second table."""
     plain = _follow(track, known, setup, 1, Disturbance())
     starts = [_follow(track, known, setup, seed, WRONG, scans=240) for seed in range(1, SEEDS + 1)]
     found = [run["found_after"] for run in starts if run["found_after"] is not None]
@@ -78,11 +80,11 @@ def _follow(
 
 
 def main() -> int:
-    """Prints both tables, the first while it grows."""
+    """Prints both tables, the first one row by row."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--maps", type=Path, help="a folder of folders with ROS maps")
     parser.add_argument("--setup", default="race")
-    parser.add_argument("tracks", nargs="*", help="default: all of ours and all of --maps")
+    parser.add_argument("tracks", nargs="*", help="default: all tracks of the package and all of --maps")
     arguments = parser.parse_args()
     follows = []
     print("| track | length m | driven m | rms mm | at the start mm | p95 mm | walls found % |")

@@ -1,11 +1,11 @@
-"""Make each change that cpp/mutants/mutants.yaml lists, and see whether the test that is named notices.
+"""Apply each change listed in cpp/mutants/mutants.yaml, and check whether the named test fails.
 
 Usage: scripts/mutants.py [--only ID]... [--fresh] [--jobs N]
 
-No file of the sources is touched: the tests are built once (build/tests); then of each mutant one file is compiled and
-linked before the library that holds the original. Exit code 1: a mutant survives, only tests that do not name it notice
-it, it does not build, or its text is not in its file exactly once. Results are kept in build/mutants until the mutant,
-its file or its test changes. With a result for each, docs/mutants.md is written.
+The sources are not modified: the tests are built once (build/tests); then one file per mutant is compiled and linked
+before the library with the original. Exit code 1: a mutant survives, is only detected by other tests than the named
+one, does not build, or its text does not occur exactly once in its file. Results are kept in build/mutants until the
+mutant, its file or its test changes. When all mutants have a result, docs/mutants.md is written.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ BUILD = ROOT / "build/tests"
 EXECUTABLE = Path("cpp/firstlap_tests")  # in BUILD
 WORK = ROOT / "build/mutants"
 RESULTS = WORK / "results.json"
-LONGEST_TEST = 600.0  # [s] then it hangs, and is taken for killed
+LONGEST_TEST = 600.0  # [s] timeout; a hanging test counts as killed
 
 HEAD = """<!-- Written by `make mutants`. Do not edit. -->
 
@@ -52,7 +52,7 @@ with each of them and runs the one that is named here; it fails where that test 
 
 @dataclass(frozen=True)
 class Mutant:
-    """One change: `old`, which occurs once in `file` (in cpp/firstlap), becomes `new`; `test` is to fail then."""
+    """One change: `old`, which occurs once in `file` (in cpp/firstlap), becomes `new`; `test` must fail then."""
 
     id: str
     step: str
@@ -67,14 +67,14 @@ class Mutant:
         return CORE / self.file
 
     def occurrences(self, root: Path = ROOT) -> int:
-        """How often its text occurs in its file; 0 where there is no file."""
+        """Number of occurrences of its text in its file; 0 without the file."""
         path = root / self.path
         return path.read_text().count(self.old) if path.is_file() else 0
 
 
 @dataclass(frozen=True)
 class Result:
-    """What became of a mutant: killed, misnamed (other tests notice), survived, not built, stale (no such text)."""
+    """The result of a mutant: killed, misnamed (detected by other tests), survived, not built, stale (no such text)."""
 
     status: str
     detail: str = ""
@@ -88,7 +88,7 @@ def load(path: Path = LIST) -> list[Mutant]:
 
 
 def tests_in(folder: Path) -> dict[str, Path]:
-    """GoogleTest's tests by name, with the file that holds each."""
+    """GoogleTest's tests: name -> file."""
     pattern = re.compile(r"^TEST(?:_F)?\(\s*(\w+),\s*(\w+)\)", re.MULTILINE)
     return {
         f"{suite}.{name}": path
@@ -98,7 +98,7 @@ def tests_in(folder: Path) -> dict[str, Path]:
 
 
 def text_of_test(name: str, path: Path) -> str:
-    """From its first line to its closing brace."""
+    """The source of a test, from its first line to its closing brace."""
     text = path.read_text()
     suite, test = name.split(".")
     start = re.search(rf"^TEST(?:_F)?\(\s*{suite},\s*{test}\)", text, re.MULTILINE)
@@ -106,7 +106,7 @@ def text_of_test(name: str, path: Path) -> str:
 
 
 def digest(mutant: Mutant, tests: dict[str, Path]) -> str:
-    """Changes with the mutant, its file and its test."""
+    """A hash of the mutant, its file and its test."""
     parts = [json.dumps(asdict(mutant))]
     if (ROOT / mutant.path).is_file():
         parts.append((ROOT / mutant.path).read_text())
@@ -116,7 +116,7 @@ def digest(mutant: Mutant, tests: dict[str, Path]) -> str:
 
 
 def run(command: list[str], seconds: float | None = None) -> tuple[bool, str]:
-    """Whether it succeeded, and what it printed."""
+    """Runs a command; returns success and output."""
     try:
         done = subprocess.run(command, cwd=BUILD, capture_output=True, text=True, timeout=seconds, check=False)
     except subprocess.TimeoutExpired:
@@ -125,7 +125,7 @@ def run(command: list[str], seconds: float | None = None) -> tuple[bool, str]:
 
 
 class Builder:
-    """Builds the tests as they are, and then with one file changed."""
+    """Builds the original tests, and tests with one changed file."""
 
     def __init__(self) -> None:
         for step in (["cmake", "--preset", "tests"], ["cmake", "--build", "--preset", "tests"]):
@@ -138,7 +138,8 @@ class Builder:
         self._link = shlex.split(commands.splitlines()[-1].removeprefix(": && ").removesuffix(" && :"))
 
     def build(self, mutant: Mutant, folder: Path) -> tuple[bool, str]:
-        """The test executable `folder/tests`; its own object comes before the library, which then gives no other."""
+        """Links the test executable `folder/tests`; its object precedes the library, so that the linker does not take
+        the original."""
         source, product = folder / "mutant.cpp", folder / "mutant.o"
         original = ROOT / mutant.path
         source.write_text(original.read_text().replace(mutant.old, mutant.new))
@@ -157,13 +158,13 @@ def run_tests(executable: Path, names: list[str]) -> tuple[bool, str]:
 
 
 def failed_tests(output: str) -> str:
-    """The first of the tests that failed."""
+    """The first failed tests."""
     names = re.findall(r"^\[  FAILED  \] ([\w.]+)", output, re.MULTILINE)
     return names[0] if names else "the test executable did not finish"
 
 
 def try_mutant(mutant: Mutant, builder: Builder) -> Result:
-    """First the test that names the mutant, then all of its layer."""
+    """Runs the named test, then all tests of its layer."""
     if (count := mutant.occurrences()) != 1:
         return Result("stale", f"its text occurs {count} times in {mutant.path}")
     with tempfile.TemporaryDirectory(dir=WORK) as name:
@@ -203,7 +204,7 @@ def render(mutants: list[Mutant], results: dict[str, Result]) -> str:
 
 
 def try_all(pending: list[Mutant], jobs: int, done: Callable[[Mutant, Result], None]) -> None:
-    """Calls `done` with each result as it comes, and says which mutants are not killed."""
+    """Calls `done` with each result, and prints the mutants that are not killed."""
     console = Console(stderr=True)
     columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
     with Progress(*columns, console=console) as progress, ThreadPoolExecutor(jobs) as pool:
@@ -223,9 +224,9 @@ def try_all(pending: list[Mutant], jobs: int, done: Callable[[Mutant, Result], N
 
 def arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", maxsplit=1)[0])
-    parser.add_argument("--only", action="append", default=[], metavar="ID", help="try this mutant alone (repeatable)")
-    parser.add_argument("--fresh", action="store_true", help="forget the results of earlier runs")
-    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, metavar="N", help="so many at a time")
+    parser.add_argument("--only", action="append", default=[], metavar="ID", help="run only this mutant (repeatable)")
+    parser.add_argument("--fresh", action="store_true", help="discard earlier results")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, metavar="N", help="number of parallel jobs")
     return parser.parse_args()
 
 

@@ -39,12 +39,12 @@ scripts/opponents_page.py arena_*.json all_*.json >docs/opponents.md
 
 
 def name_of(track: str) -> str:
-    """The name that a row shows: a map's file name without its folder."""
+    """The name in a row: for a map, its file name without folder."""
     return pathlib.PurePath(track).stem if track.endswith(".yaml") else track
 
 
 def number(value: float | None, digits: int = 2) -> str:
-    """A number, or a dash where there is none."""
+    """A number, or a dash for None."""
     return "–" if value is None else f"{value:.{digits}f}"
 
 
@@ -69,7 +69,7 @@ def clean(row: dict[str, Any], direction: str) -> str:
 
 
 def ratio(survey: dict[str, Any], sure: dict[str, Any] | None) -> str:
-    """Median over tracks of the median lap relative to sure, where both finish every race."""
+    """Median over tracks of the median lap relative to `sure`, for tracks on which both finish every race."""
     if sure is None:
         return "–"
     known = {row["track"]: row for row in sure["tracks"] if row["finished"] == row["runs"]}

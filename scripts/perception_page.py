@@ -90,7 +90,7 @@ scans. The form of the break test, the memories and elimination matter little in
 
 
 def times(count: int) -> str:
-    """How often something happened."""
+    """A count as text."""
     return {1: "once", 2: "twice"}.get(count, f"{count} times")
 
 
@@ -110,12 +110,12 @@ def millimeters(error: dict[str, Any]) -> str:
 
 
 def percent(value: float | None) -> str:
-    """A share with one decimal."""
+    """A fraction in percent with one decimal."""
     return "-" if value is None else f"{100 * value:.1f}"
 
 
 def row(name: str, found: dict[str, Any]) -> str:
-    """One line of the table: all errors in mm, shares in %."""
+    """One row of the table: errors in mm, shares in %."""
     errors = [millimeters(found["error"][ahead]) for ahead in ("0.5", "1", "2", "3")]
     shares = [percent(found[key]) for key in ("no_line", "bad", "precision", "recall")]
     reach = [percent(found["available"][reach]) for reach in ("1", "2", "3")]
@@ -127,7 +127,7 @@ def row(name: str, found: dict[str, Any]) -> str:
 
 
 def table(rows: list[str]) -> str:
-    """With its heading."""
+    """A table with its heading."""
     head = (
         "| | 0.5 m | 1 m | 2 m | 3 m | no line | failures | reaches 1 / 2 / 3 m | precision | recall "
         "| width at 1 m | jump p95 | side changes /m |\n|---" + "|---:" * 12 + "|\n"
@@ -171,7 +171,7 @@ def replayed(names: dict[str, Any]) -> str:
 
 
 def ablation(changes: list[dict[str, Any]]) -> str:
-    """One line per change; each figure is that of the worst recording and the worst race."""
+    """One row per change; each figure is that of the worst recording or race."""
     text = (
         "| | real: failures | p95 at 2 m | precision | recall | jump p95 "
         "| simulated: failures | p95 at 2 m | precision | recall | jump p95 |\n|---|" + "---:|" * 10 + "\n"

@@ -1,4 +1,4 @@
-"""Draw the paper's figures of perception again, from scans on our tracks.
+"""Reproduce the paper's perception figures with scans on our tracks.
 
 Usage: scripts/perception_pictures.py FOLDER
 """
@@ -67,7 +67,7 @@ def scene(
 
 
 def slalom(folder: pathlib.Path) -> None:
-    """The segmented slalom: sections, the gaps between them, and the way on."""
+    """The segmented slalom: sections, the gaps between them, and where the track continues."""
     trace, pose, truth = drive_to("slalom", 21.5)
     figure = new_figure(10.0, 4.6)
     axes = figure.add_axes((0.05, 0.08, 0.93, 0.8))
@@ -85,7 +85,7 @@ def slalom(folder: pathlib.Path) -> None:
     axes.plot(*trace["line"]["points"].T, color=LINE, linewidth=2.2, zorder=5)
     figure.text(0.02, 0.935, "slalom: sections of wall, their sides, and the line between them", fontsize=13, color=INK)
     legend = [
-        Line2D([], [], color=LINE, linewidth=2.2, label="centerline planned"),
+        Line2D([], [], color=LINE, linewidth=2.2, label="planned centerline"),
         Line2D([], [], color=FAINT, linewidth=1.0, linestyle="--", label="true medial line"),
         Line2D([], [], color="#9aa4af", marker="o", linestyle="none", markersize=4, label="eliminated"),
     ]
@@ -94,7 +94,7 @@ def slalom(folder: pathlib.Path) -> None:
 
 
 def width(folder: pathlib.Path) -> None:
-    """The width that steps from 1 m to 2 m, as one scan sees it."""
+    """The width step from 1 m to 2 m within one scan."""
     track = load_track("width_step")
     narrow = track.width < 1.2
     step = int(np.flatnonzero(narrow & ~np.roll(narrow, -1))[0])
@@ -110,7 +110,9 @@ def width(folder: pathlib.Path) -> None:
     at = truth.beside(to_world(line["points"], pose), truth.station(*pose), 2.0, np.full(len(line["points"]), 10.0))[1]
     below.plot(line["points"][:, 0], truth.width[at], color=FAINT, linewidth=3, label="true width")
     seen = np.where(line["support"] == 3, line["width"], np.nan)
-    below.plot(line["points"][:, 0], line["width"], color=LINE, linewidth=1.0, label="estimated where a wall is hidden")
+    below.plot(
+        line["points"][:, 0], line["width"], color=LINE, linewidth=1.0, label="estimated where a wall is occluded"
+    )
     below.plot(line["points"][:, 0], seen, color=LINE, linewidth=2.2, label="measured")
     below.set_ylim(0.6, 2.4)
     below.set_ylabel("width [m]", fontsize=9)
@@ -122,10 +124,10 @@ def width(folder: pathlib.Path) -> None:
 
 
 def middle(folder: pathlib.Path) -> None:
-    """A hairpin, where part of a side is hidden and the mean of both sides is not the centerline."""
+    """A hairpin, where part of a side is occluded and the mean of both sides is not the centerline."""
     trace, pose, truth = drive_to("hairpins", 20.0)
     left, right = (trace[side]["points"][trace[side]["age"] == 0.0] for side in ("left", "right"))
-    left = left[::-1]  # both from the car onwards
+    left = left[::-1]  # both from the car on
     share = np.linspace(0.0, 1.0, 40)
     mean = 0.5 * (along(left, share) + along(right, share))
     figure = new_figure(8.0, 6.4)
@@ -139,7 +141,7 @@ def middle(folder: pathlib.Path) -> None:
     axes.plot(*trace["line"]["points"].T, color=LINE, linewidth=2.4, zorder=5)
     figure.text(0.02, 0.945, "hairpins: the mean of both sides is not the centerline", fontsize=13, color=INK)
     legend = [
-        Line2D([], [], color=LINE, linewidth=2.4, label="centerline planned"),
+        Line2D([], [], color=LINE, linewidth=2.4, label="planned centerline"),
         Line2D([], [], color=BAD, linewidth=1.8, linestyle="--", label="mean of both sides"),
         Line2D([], [], color=FAINT, linewidth=1.0, linestyle="--", label="true medial line"),
     ]
@@ -148,7 +150,7 @@ def middle(folder: pathlib.Path) -> None:
 
 
 def along(points: Points, share: npt.NDArray[np.float64]) -> Points:
-    """Points at these shares of the way along a polyline."""
+    """Points at these fractions of the length of a polyline."""
     way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
     return np.column_stack([np.interp(share * way[-1], way, points[:, i]) for i in (0, 1)])
 

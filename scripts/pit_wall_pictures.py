@@ -1,6 +1,6 @@
-"""Draw the pit wall's pictures from a real run, in a real browser: docs/pit_wall.webp moves, docs/pit_wall.png stands.
+"""Record the pit wall in a real browser: docs/pit_wall.webp (animated) and docs/pit_wall.png.
 
-Usage: scripts/pit_wall_pictures.py FOLDER   (needs chromium; the race runs slowed down, the picture plays in real time)
+Usage: scripts/pit_wall_pictures.py FOLDER   (needs chromium; the race runs slowly, the recording plays in real time)
 """
 
 import contextlib
@@ -31,16 +31,16 @@ FLAGS = [
 SIZE = {"width": 1440, "height": 900}
 SHOWN = (1080, 675)
 PACE = 0.2
-"""Times real time, so that a renderer without a graphics card keeps up."""
+"""Playback speed: slow enough for software rendering."""
 WARM_UP = 12.0
-"""[s] of the race before the picture begins."""
+"""[s] Race time before the recording starts."""
 LENGTH = 7.0
-"""[s] of the race that it shows."""
+"""[s] Race time that is recorded."""
 
 
 @contextlib.contextmanager
 def pit_wall(*arguments: str) -> Iterator[str]:
-    """The address of a running one."""
+    """Starts a pit wall and yields its address."""
     firstlap = str(pathlib.Path(sys.executable).with_name("firstlap"))
     process = subprocess.Popen(
         [firstlap, "view", *arguments, "--no-open", "--port", "0"], stdout=subprocess.PIPE, text=True
@@ -54,7 +54,7 @@ def pit_wall(*arguments: str) -> Iterator[str]:
 
 
 def shots(page: Page, seconds: float) -> Iterator[tuple[float, Image.Image]]:
-    """Pictures of the page, as fast as they come, with their times."""
+    """Screenshots of the page, as fast as possible, with their times."""
     begin = time.monotonic()
     while time.monotonic() - begin < seconds:
         yield time.monotonic() - begin, Image.open(io.BytesIO(page.screenshot())).convert("RGB")

@@ -61,7 +61,7 @@ def seconds(value: float | None) -> str:
 
 
 def count(number: int, noun: str) -> str:
-    """A number with its noun, in the plural where it is one."""
+    """A number with its noun, in singular or plural."""
     return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
@@ -89,7 +89,7 @@ def section(survey: dict[str, Any]) -> str:
 
 
 def conditions(survey: dict[str, Any]) -> str:
-    """The conditions of a survey, "" if they are the default ones."""
+    """The conditions of a survey; empty for the default."""
     car = [f"car {survey['car']}"] if survey["car"] != "default" else []
     return ", ".join(car + [f"{name} {value:g}" for name, value in survey.get("options", {}).items()])
 

@@ -1,15 +1,15 @@
 #!/bin/sh
-# Sets up everything that `make` needs beyond g++, make and python3 with venv.
+# Sets up everything that `make` needs in addition to g++, make and python3 with venv.
 #
 #   scripts/setup.sh venv        .venv with uv inside it
 #   scripts/setup.sh install F   the packages of the lock file F into .venv
 #   scripts/setup.sh python      Python's headers (Python.h)
 #   scripts/setup.sh gtest       GoogleTest
-#   scripts/setup.sh messages    the ROS 2 messages in ros/ that no wheel has
-#   scripts/setup.sh package     firstlap itself, editable, its extension built in build/python
+#   scripts/setup.sh messages    the ROS 2 messages in ros/, which are not available as wheels
+#   scripts/setup.sh package     firstlap itself, editable, with its extension built in build/python
 #
-# Headers come from the system where they are installed; else by apt-get where we may (root, or sudo
-# without a password); else they are unpacked into build/debs, which needs no rights at all.
+# Headers come from the system if installed; else they are installed by apt-get (as root, or by sudo without a
+# password); else they are unpacked into build/debs, which needs no privileges.
 set -eu
 cd "$(dirname "$0")/.."
 python=.venv/bin/python
@@ -32,7 +32,7 @@ create_venv() {
 
 uv_install() { "$python" -m uv pip install --quiet --python "$python" "$@"; }
 
-# Installs Debian packages where we may, else downloads them. Arguments: the packages.
+# Installs Debian packages if permitted, else downloads them. Arguments: the packages.
 install_debs() {
   command -v apt-get >/dev/null || return 1
   for as_root in "" "sudo -n"; do
@@ -52,7 +52,7 @@ install_debs() {
 
 python_version() { "$python" -c 'import sys; print("%d.%d" % sys.version_info[:2])'; }
 
-# Prints the folder of Python.h when it isn't where Python says.
+# Prints the folder of Python.h if it is not in Python's own include folder.
 unpacked_python_include() {
   include="$debs/usr/include/python$(python_version)"
   [ ! -f "$include/Python.h" ] || printf '%s/%s' "$PWD" "$include"
@@ -106,7 +106,7 @@ package() {
   [ ! -t 2 ] || say ""
 }
 
-# A dot now and then, where someone watches.
+# Prints a dot periodically on a terminal.
 alive() {
   [ -t 2 ] || return 0
   while sleep 3; do printf '.' >&2; done

@@ -1,5 +1,5 @@
 #!/bin/bash
-# Builds a wheel and races with it outside of the checkout: setups and tracks must come along.
+# Builds a wheel and races with it outside of the checkout: it must include setups and tracks.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 root="$PWD"

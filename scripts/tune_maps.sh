@@ -1,6 +1,6 @@
 #!/bin/sh
-# Tunes for arena and for every map in a folder of folders, one JSON file each; what is there already is left alone, and a
-# study that was interrupted goes on. Then: scripts/tuning_results_page.py OUT/*.json >docs/tuning_results.md
+# Tunes for arena and for every map in a folder of folders, one JSON file each; existing results are kept, and
+# interrupted studies are resumed. Then: scripts/tuning_results_page.py OUT/*.json >docs/tuning_results.md
 #
 #   scripts/tune_maps.sh MAPS OUT [options of firstlap tune, such as --budget 3m]
 set -eu
@@ -18,7 +18,7 @@ tune() {
   mv "$out/$name.part" "$out/$name.json"
 }
 
-# What was tuned on arena is no start there; `brisk` is younger than the page.
+# Setups tuned on arena are not used as a start; `brisk` is newer than the page.
 tune arena arena --starts sure,race "$@"
 for map in "$maps"/*/*.yaml; do
   tune "$(basename "$map" .yaml)" "$map" --starts sure,race,local_arena "$@"

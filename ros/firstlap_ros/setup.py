@@ -1,4 +1,4 @@
-"""The ROS 2 package: entry points around the Python package firstlap, launch files, configuration."""
+"""The ROS 2 package: entry points of the Python package firstlap, launch files and configuration."""
 
 from pathlib import Path
 
@@ -20,7 +20,7 @@ setup(
     zip_safe=True,
     maintainer="firstlap",
     maintainer_email="firstlap@example.org",
-    description="Races an unseen track with a 2D LiDAR: a driving node for F1TENTH cars, and a simulator node",
+    description="Race unknown tracks with a 2D LiDAR: a driving node for F1TENTH cars, and a simulator node",
     license="Apache-2.0",
     entry_points={
         "console_scripts": [

@@ -32,46 +32,56 @@ from firstlap.tracks.library import load_track
 
 DEFAULT_SETUPS = (DEFAULT_SETUP, "brisk")
 PAPER, FULL = "paper_base", "base"
-"""The way of --from-paper."""
+"""First and last setup of --from-paper."""
 
 
 def ablation(
-    tracks: Annotated[list[str], typer.Argument(metavar="TRACK", help="Tracks as of `survey`, raced both ways.")],
+    tracks: Annotated[
+        list[str], typer.Argument(metavar="TRACK", help="Tracks as for `survey`, raced in both directions.")
+    ],
     rules: Annotated[
         list[str] | None, typer.Option("--rule", metavar="NAME", help="Only this rule; repeatable.")
     ] = None,
-    at_once: Annotated[bool, typer.Option("--together", help="The rules of --rule off together, as one row.")] = False,
+    at_once: Annotated[
+        bool, typer.Option("--together", help="Turn the rules of --rule off together, as one row.")
+    ] = False,
     from_paper: Annotated[
         bool,
-        typer.Option("--from-paper", help="Start from paper_base and add what is ours, one rule more in each row."),
+        typer.Option("--from-paper", help="Start from paper_base and turn our additions on, one more in each row."),
     ] = False,
     setups: Annotated[
         list[str] | None,
         typer.Option("--setup", metavar="SETUP", help=f"Repeatable; default: {' and '.join(DEFAULT_SETUPS)}."),
     ] = None,
     disturbed: Annotated[
-        int, typer.Option("--disturbed", min=0, help="So many of the tracks, the first ones, also with disturbances.")
+        int,
+        typer.Option("--disturbed", min=0, help="Number of tracks, from the first on, also raced with disturbances."),
     ] = 2,
     perceived: Annotated[
-        int, typer.Option("--perceived", min=0, help="On so many of the tracks perception is measured.")
+        int,
+        typer.Option(
+            "--perceived", min=0, help="Number of tracks, from the first on, on which perception is evaluated."
+        ),
     ] = 2,
     recordings: Annotated[
-        list[Path] | None, typer.Option("--recording", metavar="FILE", help="Replayed as of `replay`; repeatable.")
+        list[Path] | None,
+        typer.Option("--recording", metavar="FILE", help="Recording, replayed as by `replay`; repeatable."),
     ] = None,
-    laps: Annotated[int, typer.Option("--laps", min=1, max=100, help="Laps of a race.")] = 1,
-    seeds: Annotated[int, typer.Option("--seeds", min=1, max=100, help="Seeds 1 to K for each race.")] = 1,
+    laps: Annotated[int, typer.Option("--laps", min=1, max=100, help="Laps per race.")] = 1,
+    seeds: Annotated[int, typer.Option("--seeds", min=1, max=100, help="Races per case, seeds 1 to K.")] = 1,
     places: Annotated[int, typer.Option("--places", min=1, max=100, help="Places of sudden obstacles per lap.")] = 2,
     quick: Annotated[
         bool, typer.Option("--quick", help="Races only: no disturbances, no perception, no recordings.")
     ] = False,
     state: Annotated[
-        Path | None, typer.Option("--state", metavar="FILE", help="Keep what is measured here, and go on from it.")
+        Path | None,
+        typer.Option("--state", metavar="FILE", help="File that keeps the results, to resume an interrupted run."),
     ] = None,
     car: CarOption = "default",
     lidar: LidarOption = None,
     as_json: JsonOption = False,
 ) -> int:
-    """Turn the method's rules off one at a time: which of them earn their place?"""
+    """Turn the method's rules off one at a time and measure what each contributes."""
     the_car = chosen_car(car, lidar)
     loaded = {spec: load_track(spec) for spec in expand(tracks)}
     specs = list(loaded)
@@ -116,7 +126,7 @@ def ablation(
 
 
 def _read(paths: list[Path]) -> list[Recording]:
-    """Those that can be read; the others are named with the reason."""
+    """The readable recordings; prints why others are skipped."""
     return [recording for path in paths if (recording := _read_or_skip(path)) is not None]
 
 

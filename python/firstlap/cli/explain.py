@@ -73,8 +73,8 @@ def explain(
     ),
 ) -> int:
     """Plot one step of a driver: scan, plan and steering terms."""
-    from firstlap.explain.pictures import plot_step
     from firstlap.explain.snapshot import explain_race, explain_recording
+    from firstlap.explain.step_plots import plot_step
     from firstlap.plots.primitives import PICTURE_SUFFIXES
 
     recording_file, index = _recording(what, at, scan, index)

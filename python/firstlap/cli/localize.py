@@ -149,14 +149,14 @@ def _race(
     with progress_bar() as bar:
         task = bar.add_task("mapping lap", total=1.0)
 
-        def look(what: str, done: float, total: float) -> None:
+        def on_progress(what: str, done: float, total: float) -> None:
             bar.update(task, description=what, completed=done, total=total)
 
         if known_map is None:
-            known_map = map_track(loaded, None, car, seed=seed, look=look).map
+            known_map = map_track(loaded, None, car, seed=seed, on_progress=on_progress).map
 
         def watch(race: _core.Race) -> None:
-            look("localizing", race.laps_done() * race.track_length + race.s, laps * race.track_length)
+            on_progress("localizing", race.laps_done() * race.track_length + race.s, laps * race.track_length)
 
         followed = follow(
             loaded,
@@ -167,7 +167,7 @@ def _race(
             seed=seed,
             params=params,
             disturbance=Disturbance(*disturbance),
-            look=watch,
+            on_progress=watch,
         )
     return {
         "version": __version__,
@@ -190,8 +190,8 @@ def _of_recording(
 
     known_map, mounted = read_map(map_path), car_of(recording, car)
     with scans_bar() as bar:
-        look = scan_progress(bar, "localizing", len(recording) * len(starts_of(recording, known_map)))
-        localized = localize_recording(recording, known_map, mounted, seed=seed, params=params, look=look)
+        on_progress = scan_progress(bar, "localizing", len(recording) * len(starts_of(recording, known_map)))
+        localized = localize_recording(recording, known_map, mounted, seed=seed, params=params, on_progress=on_progress)
     found = {
         "version": __version__,
         "recording": recording.name,

@@ -101,7 +101,7 @@ def map_command(
     with progress_bar() as bar:
         task = bar.add_task("mapping", total=1.0)
 
-        def look(what: str, done: float, total: float) -> None:
+        def on_progress(what: str, done: float, total: float) -> None:
             bar.update(task, description=what, completed=done, total=total)
 
         error = None
@@ -113,13 +113,13 @@ def map_command(
                 name=source,
                 total=len(recording),
                 settings=settings,
-                look=look,
+                on_progress=on_progress,
             )
         else:
             from firstlap.tracks.library import load_track
 
             track = load_track(source)
-            result = map_track(track, chosen, the_car, seed=seed, settings=settings, look=look)
+            result = map_track(track, chosen, the_car, seed=seed, settings=settings, on_progress=on_progress)
             if check:
                 from firstlap.evaluation.map_accuracy import check_map, true_start
 

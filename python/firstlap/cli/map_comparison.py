@@ -27,8 +27,8 @@ def compare_with_map(recording: Recording, setup: Setup, car: Car, map_path: Pat
     if setup.driver != LOCAL:
         raise InputError(f"--map: driver {setup.driver} has no centerline to compare with a map; expected local")
     with scans_bar() as bar:
-        look = scan_progress(bar, "measuring", len(recording))
-        return measure(recording, setup, car, map_path, mask_body=mask_body, look=look)
+        on_progress = scan_progress(bar, "measuring", len(recording))
+        return measure(recording, setup, car, map_path, mask_body=mask_body, on_progress=on_progress)
 
 
 def print_against_map(found: dict[str, Any]) -> None:

@@ -81,7 +81,7 @@ def race(
     conditions = chosen_options(options, loaded_car)
     loaded = load_track(track)
 
-    def drive(look: Callable[[_core.Race], object], preparing: ProgressCallback) -> RaceResult:
+    def drive(on_progress: Callable[[_core.Race], object], preparing: ProgressCallback) -> RaceResult:
         return run_race(
             loaded,
             chosen,
@@ -91,7 +91,7 @@ def race(
             reverse=reverse,
             latency=latency,
             options=conditions,
-            look=look,
+            on_progress=on_progress,
             preparing=preparing,
             record=record,
         )
@@ -118,13 +118,13 @@ def _drive_with_progress(
     with progress_bar(*columns) as bar:
         task = bar.add_task(f"lap 1 of {laps}", total=laps * length, speed=0.0)
 
-        def look(running: _core.Race) -> None:
+        def on_progress(running: _core.Race) -> None:
             _show(bar, task, running, laps)
 
         def preparing(what: str, share: float) -> None:
             bar.update(task, description=what, completed=share * laps * length)
 
-        return drive(look, preparing)
+        return drive(on_progress, preparing)
 
 
 def _show(bar: Progress, task: int, running: _core.Race, laps: int) -> None:

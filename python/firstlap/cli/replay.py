@@ -92,8 +92,10 @@ def replay(
     reading = time.perf_counter() - started
     chosen, loaded_car, remarks = setup_and_car(loaded, driver, setup, changes, car)
     with scans_bar() as bar:
-        look = scan_progress(bar, "replaying", len(loaded) * (1 if other is None else 2))
-        found = run_replay(loaded, chosen, loaded_car, against=other, mask_body=not keep_body, look=look, record=record)
+        on_progress = scan_progress(bar, "replaying", len(loaded) * (1 if other is None else 2))
+        found = run_replay(
+            loaded, chosen, loaded_car, against=other, mask_body=not keep_body, on_progress=on_progress, record=record
+        )
     found = replace(found, reading=reading, remarks=(*remarks, *found.remarks))
     on_map = compare_with_map(loaded, chosen, loaded_car, map_path, not keep_body) if map_path else None
     if as_json:

@@ -244,14 +244,14 @@ def _paper(track: str, car: Car, seeds: int, out: Path | None, as_json: bool) ->
     folder = _folder(out or Path("tuned") / f"paper-{Path(loaded.name).stem}")
     stop = threading.Event()
 
-    def look(_running: object) -> None:
+    def on_progress(_running: object) -> None:
         if stop.is_set():
             raise StoppedError
 
     with progress_bar(TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn()) as bar:
         task = bar.add_task("racing", total=COUNT * seeds)
         try:
-            driven = drive_paper(loaded, car, seeds, lambda: bar.advance(task), look)
+            driven = drive_paper(loaded, car, seeds, lambda: bar.advance(task), on_progress)
         except KeyboardInterrupt:
             stop.set()
             raise

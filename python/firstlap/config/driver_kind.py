@@ -105,7 +105,7 @@ class CoreHandle:
 
 
 def _prepare_nothing(
-    _track: Track, _setup: Setup, _car: Car, _seed: int, _look: ProgressCallback | None
+    _track: Track, _setup: Setup, _car: Car, _seed: int, _on_progress: ProgressCallback | None
 ) -> Preparation:
     return Preparation()
 

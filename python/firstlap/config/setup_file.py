@@ -83,13 +83,13 @@ class Setup:
         """The parameters for the driver (`_core.Params` for local). With a car, its geometry and dynamics are used for
         `car.*` values that the setup does not set."""
         params: Params = driver_kind(self.driver).new_params()
-        told = self if car is None else self.told_of(car)
-        for (section, name), value in told.given.items():
+        configured = self if car is None else self.with_car_values(car)
+        for (section, name), value in configured.given.items():
             params.set(section, name, value)
         return params
 
-    def told_of(self, car: _core.Car) -> Setup:
-        """A copy that also says what its driver knows of a car, so that it keeps to that in another one."""
+    def with_car_values(self, car: _core.Car) -> Setup:
+        """A copy that also sets the `car.*` values of a car, so that the driver keeps them in another car."""
         values, names = car.values(), [entry.name for entry in self.fields.fields if entry.section == "car"]
         known: Values = {("car", name): values[car_section(name)][name] for name in names}
         return replace(self, given={**known, **self.given})

@@ -8,7 +8,7 @@ from firstlap.common.errors import InputError
 from firstlap.config.car_file import Car, load_car
 from firstlap.config.setup_file import LOCAL, Setup, choose_setup
 from firstlap.drivers.racer import Racer
-from firstlap.mapping.make import SCANS_PER_LOOK, MappingProgress, MapResult, finish, mapped, no_loop, no_progress
+from firstlap.mapping.make import SCANS_PER_CALLBACK, MappingProgress, MapResult, finish, mapped, no_loop, no_progress
 from firstlap.mapping.observation import Observation, motion_of
 from firstlap.mapping.parameters import MapSettings, map_settings
 from firstlap.mapping.pose_graph import load_gtsam
@@ -64,7 +64,7 @@ def map_track(
     *,
     seed: int = 1,
     settings: MapSettings | None = None,
-    look: MappingProgress = no_progress,
+    on_progress: MappingProgress = no_progress,
 ) -> MapResult:
     """Drives a slow lap in the simulator and makes a map from scans and noisy odometry. Raises InputError."""
     load_gtsam()
@@ -75,8 +75,8 @@ def map_track(
     def going(seen: Mapper) -> bool:
         if seen.traveled > settings.get("drive.give_up"):
             raise InputError(f"{track.name}: {no_loop(seen)} (drive.give_up)")
-        if seen.scans % SCANS_PER_LOOK == 0:
-            look("mapping lap", seen.traveled, track.length + settings.get("drive.overlap"))
+        if seen.scans % SCANS_PER_CALLBACK == 0:
+            on_progress("mapping lap", seen.traveled, track.length + settings.get("drive.overlap"))
         return not seen.closed or seen.overlap < settings.get("drive.overlap")
 
-    return finish(mapped(mapper, drive, going), laser_of(car.core.values()["geometry"]), look)
+    return finish(mapped(mapper, drive, going), laser_of(car.core.values()["geometry"]), on_progress)

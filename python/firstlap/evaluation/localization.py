@@ -22,7 +22,7 @@ from firstlap.sim.race import start_race
 from firstlap.tracks.track import FloatArray, Track
 
 NEAR, TURNED = 0.1, np.radians(3.0)
-SCANS_PER_LOOK = 40
+SCANS_PER_CALLBACK = 40
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Disturbance:
 class Followed:
     """A race and the localizer's estimates: one entry per scan.
 
-    truth, said: (N, 3) poses in the track's frame. lost: (N,). took: (N,) CPU time of each step in microseconds.
+    truth, estimated: (N, 3) poses in the track's frame. lost: (N,). took: (N,) CPU time of each step in microseconds.
     kidnapped: scans before which the filter was displaced.
     """
 
@@ -48,7 +48,7 @@ class Followed:
     laps: int
     period: float
     truth: FloatArray
-    said: FloatArray
+    estimated: FloatArray
     speed: FloatArray
     lost: FloatArray
     fit: FloatArray
@@ -58,12 +58,12 @@ class Followed:
     @property
     def distance(self) -> FloatArray:
         """(N,) error of the position [m]."""
-        return np.hypot(*(self.said - self.truth)[:, :2].T)
+        return np.hypot(*(self.estimated - self.truth)[:, :2].T)
 
     @property
     def turn(self) -> FloatArray:
         """(N,) absolute error of the heading [rad]."""
-        return np.abs(wrap(self.said[:, 2] - self.truth[:, 2]))
+        return np.abs(wrap(self.estimated[:, 2] - self.truth[:, 2]))
 
     def recoveries(self) -> list[float | None]:
         """Seconds from the start and from each kidnapping until the pose is correct for at least one second."""
@@ -109,12 +109,12 @@ def follow(
     params: _core.LocalizerParams | None = None,
     disturbance: Disturbance | None = None,
     scans: int | None = None,
-    look: Callable[[_core.Race], object] | None = None,
+    on_progress: Callable[[_core.Race], object] | None = None,
 ) -> Followed:
     """Races the map-less driver and runs a localizer on the same scans and noisy odometry.
 
-    The map's frame is laid on the track's by the best fit of its walls, for measuring only; the localizer gets the
-    map's own start. scans: ends the race after so many. Raises InputError.
+    For the evaluation only, the map's frame is aligned with the track's by the best fit of its walls; the localizer
+    gets the map's own start. scans: maximum number of scans. Raises InputError.
     """
     wrong = disturbance or Disturbance()
     race = start_race(track, Racer(setup, car), car, laps=laps, seed=seed)
@@ -124,31 +124,31 @@ def follow(
     localizer.start(_wrong_start(known, wrong, rng))
     period = 1.0 / float(car.core.get("lidar", "rate"))  # type: ignore[arg-type]
     truth, speed, took, kidnapped = [], [], [], []
-    said: list[Estimate] = []
+    estimated: list[Estimate] = []
     next_kidnap = wrong.every
-    while race.advance(1) and (scans is None or len(said) < scans):
+    while race.advance(1) and (scans is None or len(estimated) < scans):
         if wrong.kidnap and race.time > next_kidnap:
             direction = rng.uniform(-np.pi, np.pi)
             localizer.core.displace(wrong.kidnap * np.cos(direction), wrong.kidnap * np.sin(direction), 0.0)
-            kidnapped.append(len(said))
+            kidnapped.append(len(estimated))
             next_kidnap += wrong.every
         estimate, spent = _timed_step(localizer, race, period)
         truth.append(race.pose)
         speed.append(race.state().speed)
-        said.append(estimate)
+        estimated.append(estimate)
         took.append(spent)
-        if look and len(said) % SCANS_PER_LOOK == 0:
-            look(race)
-    poses = compose(frame, np.array([[e.x, e.y, e.yaw] for e in said]).reshape(-1, 3))
+        if on_progress and len(estimated) % SCANS_PER_CALLBACK == 0:
+            on_progress(race)
+    poses = compose(frame, np.array([[e.x, e.y, e.yaw] for e in estimated]).reshape(-1, 3))
     return Followed(
         outcome=race.result()["outcome"],
         laps=race.laps_done(),
         period=period,
         truth=np.array(truth).reshape(-1, 3),
-        said=poses,
+        estimated=poses,
         speed=np.array(speed),
-        lost=np.array([e.lost for e in said], dtype=np.float64),
-        fit=np.array([e.fit for e in said]),
+        lost=np.array([e.lost for e in estimated], dtype=np.float64),
+        fit=np.array([e.fit for e in estimated]),
         took=np.array(took),
         kidnapped=kidnapped,
     )
@@ -169,7 +169,7 @@ def _timed_step(localizer: Localizer, race: _core.Race, period: float) -> tuple[
 
 
 def percentiles(values: FloatArray) -> dict[str, float | None]:
-    """p50, p95 and max; None where there are no values."""
+    """p50, p95 and max; None without values."""
     if len(values) == 0:
         return {"p50": None, "p95": None, "max": None}
     p50, p95 = np.percentile(values, [50, 95])

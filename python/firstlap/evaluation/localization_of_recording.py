@@ -1,4 +1,4 @@
-"""What a localizer says of a recording: where nobody knows the truth, whether it finds the car and keeps it."""
+"""Evaluation of the localizer on a recording without ground truth: whether it finds the car and does not lose it."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from firstlap.tracks.track import FloatArray
 
 ORIGIN = (0.0, 0.0, 0.0)
 IN_MAP = "map"
-"""The frame of recorded poses that a localizer gave."""
+"""The frame of recorded poses from a localizer."""
 Pose = tuple[float, float, float]
 
 
@@ -29,13 +29,13 @@ Pose = tuple[float, float, float]
 class Localized:
     """One entry per scan.
 
-    start: x, y, yaw [m, rad] that the filter was given. said: (N, 3) poses in the map's frame. recorded: (N, 3) those
-    that the recording has in that frame, or None. times: (N,) [s]. lost: (N,). fit: (N,) share of the scan on the map.
-    took: (N,) microseconds of processor time of each step.
+    start: initial pose x, y, yaw [m, rad]. estimated: (N, 3) poses in the map frame. recorded: (N, 3) recorded poses in
+    that frame, or None. times: (N,) [s]. lost: (N,). fit: (N,) share of the scan that matches the map. took: (N,) CPU
+    time of each step in microseconds.
     """
 
     start: Pose
-    said: FloatArray
+    estimated: FloatArray
     recorded: FloatArray | None
     times: FloatArray
     lost: FloatArray
@@ -43,21 +43,23 @@ class Localized:
     took: FloatArray
 
     def to_dict(self) -> dict[str, Any]:
-        """As `firstlap localize RECORDING --json` prints it. position [m], heading [degrees]: p50, p95 and max of the
-        differences from the recorded poses, where it is not lost."""
+        """As in `firstlap localize RECORDING --json`. position [m], heading [degrees]: p50, p95 and max of the
+        differences from the recorded poses, of scans that were not lost."""
         found = ~self.lost.astype(bool)
-        apart = np.full((len(self.said), 3), np.nan) if self.recorded is None else self.said - self.recorded
-        apart = apart[found & np.isfinite(apart).all(axis=1)]
+        difference = (
+            np.full((len(self.estimated), 3), np.nan) if self.recorded is None else self.estimated - self.recorded
+        )
+        difference = difference[found & np.isfinite(difference).all(axis=1)]
         return {
-            "scans": len(self.said),
+            "scans": len(self.estimated),
             "seconds": round(float(self.times[-1] - self.times[0]), 3),
             "start": [round(value, 4) for value in self.start],
             "lost": round(float(1.0 - found.mean()), 5),
             "lost_at_end": bool(not found[-1]),
             "found_after": round(float(self.times[found.argmax()] - self.times[0]), 3) if found.any() else None,
             "fit": round(float(np.median(self.fit)), 3),
-            "position": percentiles(np.hypot(*apart[:, :2].T)),
-            "heading": percentiles(np.degrees(np.abs(wrap(apart[:, 2])))),
+            "position": percentiles(np.hypot(*difference[:, :2].T)),
+            "heading": percentiles(np.degrees(np.abs(wrap(difference[:, 2])))),
             "step_us": {**percentiles(self.took), "p99": round(float(np.percentile(self.took, 99)), 1)},
         }
 
@@ -69,25 +71,25 @@ def localize_recording(
     *,
     seed: int = 1,
     params: _core.LocalizerParams | None = None,
-    look: Callable[[int], object] | None = None,
+    on_progress: Callable[[int], object] | None = None,
 ) -> Localized:
-    """Lets a localizer follow the recorded car. It begins where the recording has the car in a map, or where the map
-    was begun: of the two that keeps more of all scans on the map. look: is told how many scans of all starts are done.
-    Raises InputError for a map without walls."""
-    followed = []
+    """Runs a localizer on the recording. It starts at the first recorded pose in the map, or at the map's start,
+    whichever results in the better match of all scans. on_progress: called with the number of scans done, of all
+    starts. Raises InputError for a map without walls."""
+    attempts = []
     for number, start in enumerate(starts_of(recording, known)):
         localizer = Localizer(known, car, seed, params).start(start)
         steps = []
         for i in range(len(recording)):
             steps.append(_timed_step(localizer, recording, i))
-            if look:
-                look(number * len(recording) + i + 1)
-        followed.append((start, steps))
-    start, best = max(followed, key=lambda one: sum(estimate.fit for estimate, _ in one[1] if not estimate.lost))
+            if on_progress:
+                on_progress(number * len(recording) + i + 1)
+        attempts.append((start, steps))
+    start, best = max(attempts, key=lambda one: sum(estimate.fit for estimate, _ in one[1] if not estimate.lost))
     in_map = recording.poses is not None and start == _pose(recording.poses[0])
     return Localized(
         start=start,
-        said=np.array([[e.x, e.y, e.yaw] for e, _ in best]),
+        estimated=np.array([[e.x, e.y, e.yaw] for e, _ in best]),
         recorded=recording.poses if in_map else None,
         times=recording.stamps,
         lost=np.array([e.lost for e, _ in best], dtype=np.float64),
@@ -97,7 +99,7 @@ def localize_recording(
 
 
 def starts_of(recording: Recording, known: OccupancyMap) -> list[Pose]:
-    """Where the car may be at the first scan, in the map's frame: what the recording says comes first."""
+    """Possible start poses in the map frame: the recorded one first, if any, then the map's start."""
     begun = known.start or ORIGIN
     recorded = recording.poses is not None and recording.frame == IN_MAP and np.isfinite(recording.poses[0]).all()
     return [_pose(recording.poses[0]), begun] if recorded and recording.poses is not None else [begun]

@@ -22,8 +22,8 @@ COMPLETE_WITHIN = 0.1
 class MapError:
     """Distances [m] of the map's wall points (centers of occupied cells) from the true walls.
 
-    rms_start: with the map's start laid on the true start. rms, p95, max: after the best rigid fit of the whole map.
-    complete: share of the true walls, solid and visible, with a wall point within 0.1 m.
+    rms_start: with the map's start aligned with the true start. rms, p95, max: after the best rigid fit of the whole
+    map. complete: share of the true walls, solid and visible, with a wall point within 0.1 m.
     """
 
     points: int

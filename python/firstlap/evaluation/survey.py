@@ -143,7 +143,7 @@ class Survey:
             reverse=run.reverse,
             preparation=self._prepared(run),
             options=self.options,
-            look=self._look,
+            on_progress=self._check_stop,
         )
 
     def _prepared(self, run: Run) -> Preparation:
@@ -156,7 +156,7 @@ class Survey:
                 self._preparations[key] = kind.prepare(track, self.setup, self.car, 1, None)
             return self._preparations[key]
 
-    def _look(self, _running: _core.Race) -> None:
+    def _check_stop(self, _running: _core.Race) -> None:
         if self._stop.is_set():
             raise InterruptedSurveyError
 

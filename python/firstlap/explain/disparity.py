@@ -34,7 +34,7 @@ def draw_disparity(snapshot: StepSnapshot) -> Figure:
     facts = f"aim {signed(math.degrees(trace['aim']), 1)}°, free {trace['aim_free']:.2f} m"
     for side in ("left", "right"):
         if trace[f"held_{side}"]:
-            facts += f"   no turning {side}: too close"
+            facts += f"   no turn to the {side}: wall too close"
     figure, scene, panel = opponents_figure(snapshot, facts)
     angle_panel(panel, "ranges, and after the extension [m]")
     if len(trace["extended"]) == 0:
@@ -62,7 +62,7 @@ def _draw_scene(axes: Axes, snapshot: StepSnapshot, angles: Points) -> None:
     axes.plot(*corners.T, "x", color=BAD, markersize=8, markeredgewidth=2, zorder=6)
     draw_aim(axes, snapshot, trace["aim"], trace["aim_free"], "aim")
     entries = [
-        stroke(FREE, "left after the extension", linewidth=8, alpha=0.15),
+        stroke(FREE, "free after the extension", linewidth=8, alpha=0.15),
         stroke(FREE, "farthest block", linewidth=8, alpha=0.35),
         stroke(BAD, "removed by the extension", linewidth=8, alpha=0.15),
         stroke(BAD, "nearer end of a disparity", linestyle="none", marker="x", markersize=7, markeredgewidth=2),

@@ -39,15 +39,15 @@ def draw_global(snapshot: StepSnapshot) -> Figure:
 
 def _facts(snapshot: StepSnapshot) -> str:
     trace = snapshot.trace
-    said = trace["estimate"]
+    estimate = trace["estimate"]
     if trace["pose"] is None:
         where = "no pose: lost"
-    elif said is None:
-        where = "pose: the simulator's"
+    elif estimate is None:
+        where = "true pose"
     else:
-        where = f"{trace['particles']} particles ± {said['std']:.2f} m, {math.degrees(said['std_yaw']):.1f}°"
-        where += f"   scan match {100.0 * said['fit']:.0f} %"
-    return where + (f"   blocked in {trace['blocked_at']:.1f} m" if trace["blocked_at"] is not None else "")
+        where = f"{trace['particles']} particles ± {estimate['std']:.2f} m, {math.degrees(estimate['std_yaw']):.1f}°"
+        where += f"   scan match {100.0 * estimate['fit']:.0f} %"
+    return where + (f"   blocked after {trace['blocked_at']:.1f} m" if trace["blocked_at"] is not None else "")
 
 
 def _draw_scene(figure: Figure, axes: Axes, snapshot: StepSnapshot) -> None:
@@ -64,13 +64,13 @@ def _draw_scene(figure: Figure, axes: Axes, snapshot: StepSnapshot) -> None:
         bar = figure.colorbar(drawn, cax=figure.add_axes((0.47, 0.875, 0.17, 0.012)), orientation="horizontal")
         bar.set_label("planned speed [m/s]", fontsize=9.5, color=INK)
         bar.outline.set_visible(False)
-    said = trace["estimate"]
-    if said is not None:
-        color = BAD if said["lost"] else PATH
-        axes.add_patch(Circle((0.0, 0.0), max(3.0 * said["std"], 0.02), color=color, alpha=0.35, zorder=9))
+    estimate = trace["estimate"]
+    if estimate is not None:
+        color = BAD if estimate["lost"] else PATH
+        axes.add_patch(Circle((0.0, 0.0), max(3.0 * estimate["std"], 0.02), color=color, alpha=0.35, zorder=9))
     entries = [
-        stroke(INK, "wall of the map", linestyle="none", marker="s", markersize=4),
-        stroke(FREE, "line", linewidth=2.0),
+        stroke(INK, "wall in the map", linestyle="none", marker="s", markersize=4),
+        stroke(FREE, "racing line", linewidth=2.0),
         stroke(PATH, "plan, car every 0.15 s", linewidth=1.2),
         stroke(PATH, "3 σ of the particles", linestyle="none", marker="o", markersize=6, alpha=0.5),
     ]
@@ -90,7 +90,7 @@ def _draw_speeds(axes: Axes, snapshot: StepSnapshot) -> None:
     trace = snapshot.trace
     time = trace["plan_time"]
     axes.set_title("speed over the plan [m/s]", fontsize=11, color=INK, loc="left", pad=8)
-    axes.plot(time, trace["line_speed_ahead"], color=FREE, linewidth=5.0, alpha=0.35, label="of the line")
+    axes.plot(time, trace["line_speed_ahead"], color=FREE, linewidth=5.0, alpha=0.35, label="racing line")
     axes.plot(time, trace["plan_speed"], color=PATH, linewidth=2.0, label="planned")
     axes.plot(0.0, snapshot.speed, "o", color=RETURN, label="measured")
     axes.set_ylim(0.0, 1.15 * max(float(trace["line_speed_ahead"].max()), float(trace["plan_speed"].max()), 1.0))
@@ -100,7 +100,7 @@ def _draw_speeds(axes: Axes, snapshot: StepSnapshot) -> None:
 def _draw_margins(axes: Axes, snapshot: StepSnapshot) -> None:
     trace = snapshot.trace
     time = trace["plan_time"]
-    axes.set_title("lateral clearance on the map [m]", fontsize=11, color=INK, loc="left", pad=8)
+    axes.set_title("lateral clearance in the map [m]", fontsize=11, color=INK, loc="left", pad=8)
     axes.plot(time, trace["left"], color=LEFT, linewidth=1.6, label="left")
     axes.plot(time, trace["right"], color=RIGHT, linewidth=1.6, label="right")
     margin = snapshot.params["mpc"]["margin"]

@@ -36,12 +36,12 @@ Points = npt.NDArray[np.float64]
 
 
 def draw_local(snapshot: StepSnapshot) -> Figure:
-    """The figure of a step of the method."""
+    """The figure of a step of the driver `local`."""
     figure = new_figure(*SIZE)
     scene = figure.add_axes(SCENE)
     _draw_scene(scene, snapshot)
     trace = snapshot.trace
-    facts = f"track width remembered {trace['width']:.2f} m"
+    facts = f"track width {trace['width']:.2f} m"
     if len(trace["path"]["s"]):
         facts += f"   path {trace['path']['s'][-1] - trace['path']['s'][trace['nearest']]:.1f} m ahead"
     write_head(figure, snapshot, facts)
@@ -56,8 +56,8 @@ def write_head(figure: Figure, snapshot: StepSnapshot, facts: str) -> None:
     write(figure, 0.02, 0.962, snapshot.title, fontsize=19, fontweight="bold")
     write(figure, 0.02, 0.928, snapshot.subtitle, fontsize=10.5)
     color = GOOD if status == "ok" and not snapshot.outcome else BAD
-    said = status.replace("_", " ") + (f", then {snapshot.outcome}" if snapshot.outcome else "")
-    figure.text(0.69, 0.955, said, fontsize=17, fontweight="bold", color=color, va="center")
+    label = status.replace("_", " ") + (f", then {snapshot.outcome}" if snapshot.outcome else "")
+    figure.text(0.69, 0.955, label, fontsize=17, fontweight="bold", color=color, va="center")
     rows = [
         ("command", f"{speed:5.2f} m/s", f"{signed(math.degrees(angle), 1, 6)}°"),
         ("measured", f"{snapshot.speed:5.2f} m/s", f"{signed(math.degrees(snapshot.steering_angle), 1, 6)}°"),
@@ -94,9 +94,9 @@ def _draw_scene(axes: Axes, snapshot: StepSnapshot) -> None:
 def _view(trace: Mapping[str, Any]) -> tuple[float, float, float, float]:
     """The limits of the scene, around the car, both walls and the path."""
     path = np.column_stack([trace["path"]["x"], trace["path"]["y"]])
-    seen = np.vstack([[[-1.0, -1.0], [2.0, 1.0]], trace["left"]["points"], trace["right"]["points"], path])
-    seen = np.clip(seen, (REACH[0], REACH[2]), (REACH[1], REACH[3]))
-    low, high = seen.min(axis=0) - 0.5, seen.max(axis=0) + 0.5
+    extent = np.vstack([[[-1.0, -1.0], [2.0, 1.0]], trace["left"]["points"], trace["right"]["points"], path])
+    extent = np.clip(extent, (REACH[0], REACH[2]), (REACH[1], REACH[3]))
+    low, high = extent.min(axis=0) - 0.5, extent.max(axis=0) + 0.5
     ratio = SCENE[2] * SIZE[0] / (SCENE[3] * SIZE[1])
     width = max(high[0] - low[0], ratio * (high[1] - low[1]))
     middle = 0.5 * (low + high)
@@ -109,8 +109,10 @@ def _draw_points(axes: Axes, trace: Mapping[str, Any]) -> None:
     """Draws returns by side, dropped sections in gray, and walls carried over as hollow markers."""
     points, sections = trace["points"], trace["sections"]
     colors = np.full(len(points), DROPPED, dtype=object)
-    for i, (first, last, fate) in enumerate(zip(sections["first"], sections["last"], sections["status"], strict=True)):
-        if fate == 0:
+    for i, (first, last, status) in enumerate(
+        zip(sections["first"], sections["last"], sections["status"], strict=True)
+    ):
+        if status == 0:
             colors[first : last + 1] = RIGHT if i < trace["split"] else LEFT
     for color, size in ((DROPPED, 5), (RIGHT, 9), (LEFT, 9)):
         chosen = colors == color
@@ -212,7 +214,7 @@ def _draw_legend(axes: Axes, snapshot: StepSnapshot) -> None:
         dot(LEFT, "left wall"),
         dot(RIGHT, "right wall"),
         dot(DROPPED, "dropped"),
-        dot(INK, "remembered", markerfacecolor="none", markersize=5),
+        dot(INK, "carried over", markerfacecolor="none", markersize=5),
         stroke(PAIR, "width pairs", linewidth=0.9),
         stroke(LINE, "centerline", linewidth=1.2, marker="o", markersize=3),
         stroke(
@@ -221,7 +223,7 @@ def _draw_legend(axes: Axes, snapshot: StepSnapshot) -> None:
             linewidth=0.9,
             linestyle=(0, (4, 2)),
         ),
-        dot(INK, "kept by Opheim", markerfacecolor=PAPER, markersize=5.5),
+        dot(INK, "simplified (Opheim)", markerfacecolor=PAPER, markersize=5.5),
         stroke("#1ae4b6", "spline, by speed", linewidth=4),
         dot(PATH, "lookahead point", markerfacecolor="none", markersize=8, markeredgewidth=1.8),
     ]
@@ -261,7 +263,7 @@ def _draw_terms(axes: Axes, snapshot: StepSnapshot) -> None:
         last = row == len(values) - 1
         axes.barh(row, value, height=0.58, color=INK if last else PATH, alpha=0.9, zorder=3)
         shift = 0.02 * reach * (1 if value >= 0 else -1)
-        # The axis runs leftwards, as the car steers: text beyond a positive bar ends where the bar does.
+        # The axis runs left, as the car steers: text beyond a positive bar ends where the bar does.
         side = "right" if value >= 0 else "left"
         axes.text(value + shift, row, f"{signed(value, 2)}°", va="center", ha=side, fontsize=10, color=INK, zorder=4)
     axes.axhline(len(values) - 1.5, color="#d5dade", linewidth=0.8)

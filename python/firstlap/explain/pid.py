@@ -21,7 +21,7 @@ TERMS = (("p_term", "k_p e"), ("i_term", "∫ k_i e"), ("d_term", "k_d de/dt"))
 def draw_pid(snapshot: StepSnapshot) -> Figure:
     """The figure of a step of the driver `pid`."""
     trace = snapshot.trace
-    facts = f"{trace['error']:+.2f} m to the middle, {trace['preview']:.2f} m ahead   arc free {trace['free']:.2f} m"
+    facts = f"{trace['error']:+.2f} m to the center, {trace['preview']:.2f} m ahead   arc free {trace['free']:.2f} m"
     figure, scene, panel = opponents_figure(snapshot, facts)
     if len(trace["ranges"]):
         _draw_scene(scene, snapshot)
@@ -53,10 +53,10 @@ def _draw_scene(axes: Axes, snapshot: StepSnapshot) -> None:
               markeredgewidth=2.2, zorder=9)  # fmt: skip
     draw_arc(axes, snapshot, trace["result"][1], min(max(trace["free"], 0.1), 4.0), INK)
     entries = [
-        stroke(LEFT, "beams to the left, their wall", marker="o", markersize=4),
-        stroke(RIGHT, "beams to the right, their wall", marker="o", markersize=4),
+        stroke(LEFT, "left beams and wall", marker="o", markersize=4),
+        stroke(RIGHT, "right beams and wall", marker="o", markersize=4),
         stroke(PATH, "distances at the preview", linestyle=(0, (2, 2))),
-        stroke(PATH, "middle", linestyle="none", marker="o", markerfacecolor="none", markersize=8),
+        stroke(PATH, "center", linestyle="none", marker="o", markerfacecolor="none", markersize=8),
         stroke(INK, "free arc", linestyle=(0, (4, 2))),
     ]
     legend(axes, entries, snapshot)

@@ -29,7 +29,7 @@ def beam_angles(trace: Any) -> Points:
 
 
 def rays(snapshot: StepSnapshot, angles: Points, ranges: Points) -> Points:
-    """(N, 2) ends of rays from the LiDAR, in base_link [m]."""
+    """(N, 2) endpoints of rays from the LiDAR, in base_link [m]."""
     return ray_ends(laser_of(snapshot.car), angles, ranges)
 
 
@@ -52,11 +52,11 @@ def opponents_figure(snapshot: StepSnapshot, facts: str) -> tuple[Figure, Axes, 
 def _frame(axes: Axes, snapshot: StepSnapshot) -> None:
     """Sets the limits to the extent of the scan."""
     axes.set_aspect("equal")
-    seen = np.array([[-1.0, -1.0], [3.0, 1.0]])
+    extent = np.array([[-1.0, -1.0], [3.0, 1.0]])
     if len(snapshot.trace["ranges"]):
-        seen = np.vstack([seen, rays(snapshot, beam_angles(snapshot.trace), snapshot.trace["ranges"])])
-    seen = np.clip(seen, (REACH[0], REACH[2]), (REACH[1], REACH[3]))
-    low, high = seen.min(axis=0) - 0.4, seen.max(axis=0) + 0.4
+        extent = np.vstack([extent, rays(snapshot, beam_angles(snapshot.trace), snapshot.trace["ranges"])])
+    extent = np.clip(extent, (REACH[0], REACH[2]), (REACH[1], REACH[3]))
+    low, high = extent.min(axis=0) - 0.4, extent.max(axis=0) + 0.4
     ratio = SCENE[2] * SIZE[0] / (SCENE[3] * SIZE[1])
     width = max(high[0] - low[0], ratio * (high[1] - low[1]))
     middle = 0.5 * (low + high)
@@ -71,7 +71,7 @@ def _frame(axes: Axes, snapshot: StepSnapshot) -> None:
 
 
 def angle_panel(axes: Axes, title: str) -> None:
-    """Distance over angle, left on the left."""
+    """Prepares a panel of distance over angle, with left angles on the left."""
     axes.set_title(title, fontsize=11, color=INK, loc="left", pad=8)
     axes.set_xlabel("left ← angle from straight ahead [°] → right", fontsize=9.5, color=INK)
     axes.tick_params(colors=INK, labelsize=9.5)
@@ -107,13 +107,13 @@ def draw_arc(axes: Axes, snapshot: StepSnapshot, steering_angle: float, length: 
 
 
 def legend(axes: Axes, entries: list[Line2D], snapshot: StepSnapshot) -> None:
-    """Below the scene."""
-    common = [Line2D([], [], marker="o", linestyle="none", color=RETURN, label="range of a beam", markersize=4)]
+    """Draws the legend below the scene."""
+    common = [Line2D([], [], marker="o", linestyle="none", color=RETURN, label="return", markersize=4)]
     if snapshot.walls:
         common.append(Line2D([], [], color=WALL, linewidth=4, label="true walls"))
     legend_below(axes, [*entries, *common])
 
 
 def stroke(color: str, label: str, **options: Any) -> Line2D:
-    """A legend's line."""
+    """A line entry of a legend."""
     return Line2D([], [], color=color, label=label, **options)

@@ -50,18 +50,18 @@ def explain_race(track: Track, setup: Setup, car: Car, at: float, *, seed: int, 
         track = track.reversed()
     if not 0.0 <= at <= 100.0 * track.length:
         furthest = 100.0 * track.length
-        raise InputError(f"--at {at:g}: allowed: 0 to {furthest:.0f} m; a lap of {track.name} is {track.length:.1f} m")
+        raise InputError(f"--at {at:g}: expected 0 to {furthest:.0f} m; a lap of {track.name} is {track.length:.1f} m")
     kind = driver_kind(setup.driver)
     driver = kind.make(setup.params(car.core), car, kind.prepare(track, setup, car, seed, None))
     running = start_race(track, driver, car, laps=int(at // track.length) + 2, seed=seed)
-    going = running.advance()
-    while going and _way(running) < at:
-        going = running.advance()
+    active = running.advance()
+    while active and _distance(running) < at:
+        active = running.advance()
     measured = running.measured()
-    outcome = "" if going else running.result()["outcome"]
+    outcome = "" if active else running.result()["outcome"]
     x, y, yaw = running.pose
     return StepSnapshot(
-        title=f"{short_name(track.name)}, {_way(running):.1f} m",
+        title=f"{short_name(track.name)}, {_distance(running):.1f} m",
         subtitle=f"{'reverse, ' if reverse else ''}{setup.title}, car {car.name}, seed {seed}, "
         f"{running.time:.2f} s after the start",
         driver=setup.driver,
@@ -76,7 +76,7 @@ def explain_race(track: Track, setup: Setup, car: Car, at: float, *, seed: int, 
     )
 
 
-def _way(running: _core.Race) -> float:
+def _distance(running: _core.Race) -> float:
     """Distance along the centerline since the start [m]."""
     s, length = running.s, running.track_length
     before_the_line = running.laps_done() == 0 and running.time < 1.0 and s > 0.5 * length

@@ -18,7 +18,7 @@ from firstlap.mapping.slam import Mapper
 from firstlap.perception.scan import laser_of
 from firstlap.tracks.track import FloatArray
 
-SCANS_PER_LOOK = 40
+SCANS_PER_CALLBACK = 40
 ROUNDS = 2  # a second, from better poses and with odometry's scale known
 
 
@@ -73,34 +73,36 @@ def map_observations(
     name: str,
     total: int,
     settings: MapSettings | None = None,
-    look: MappingProgress = no_progress,
+    on_progress: MappingProgress = no_progress,
 ) -> MapResult:
     """Makes a map from observations. name: for messages; total: number of scans. Raises InputError."""
     load_gtsam()
     mapper = Mapper(settings or map_settings(), car.core)
 
     def going(seen: Mapper) -> bool:
-        if seen.scans % SCANS_PER_LOOK == 0:
-            look("matching", seen.scans, total)
+        if seen.scans % SCANS_PER_CALLBACK == 0:
+            on_progress("matching", seen.scans, total)
         return True
 
     mapped(mapper, observations, going)
     if not mapper.closed:
         raise InputError(f"{name}: {no_loop(mapper)}")
-    return finish(mapper, laser_of(car.core.values()["geometry"]), look)
+    return finish(mapper, laser_of(car.core.values()["geometry"]), on_progress)
 
 
-def finish(mapper: Mapper, laser: tuple[float, float], look: MappingProgress = no_progress) -> MapResult:
+def finish(mapper: Mapper, laser: tuple[float, float], on_progress: MappingProgress = no_progress) -> MapResult:
     """Optimizes the pose graph and draws the map, after the last scan. Raises InputError."""
     count = len(mapper.keyframes)
     before = np.array([keyframe.pose for keyframe in mapper.keyframes])
     poses, scale, edges = before, 1.0, []
     for turn in range(ROUNDS):
-        look("closing the loop", turn, ROUNDS)
+        on_progress("closing the loop", turn, ROUNDS)
         edges = mapper.edges(poses)
         scale = mapper.odometry_scale(edges)
         poses = optimize(mapper, edges, poses, scale)
-    drawn = draw_map(mapper.keyframes, poses, laser, mapper.settings, lambda number: look("drawing", number + 1, count))
+    drawn = draw_map(
+        mapper.keyframes, poses, laser, mapper.settings, lambda number: on_progress("drawing", number + 1, count)
+    )
     return MapResult(drawn, poses, before, mapper, len(edges), scale)
 
 

@@ -61,11 +61,11 @@ def draw_map(
     poses: FloatArray,
     laser: tuple[float, float],
     settings: MapSettings,
-    look: Callable[[int], object] = lambda _: None,
+    on_progress: Callable[[int], object] = lambda _: None,
 ) -> OccupancyMap:
     """The map of scans at poses (N, 3). Raises InputError.
 
-    laser: x, y in base_link [m]. look: called with the index of each scan drawn.
+    laser: x, y in base_link [m]. on_progress: called with the index of each scan drawn.
     """
     reach, resolution = settings.get("grid.range_use"), settings.get("grid.resolution")
     corners = np.vstack(
@@ -85,7 +85,7 @@ def draw_map(
         raise InputError(str(error)) from None
     for number, (keyframe, pose) in enumerate(zip(keyframes, poses, strict=True)):
         grid.add(tuple(pose), laser, keyframe.points)
-        look(number)
+        on_progress(number)
     x, y, yaw = (float(value) for value in poses[0])
     return OccupancyMap(
         without_gaps(grid.cells(), resolution), resolution, (float(low[0]), float(low[1]), 0.0), (x, y, yaw)

@@ -23,7 +23,7 @@ SPEED_MAP = "turbo"
 
 
 def rgb(color: str, paler: float = 0.0) -> tuple[int, int, int]:
-    """Red, green, blue, 0 to 255; `paler` is the share of white in it."""
+    """Red, green, blue, 0 to 255; `paler`: fraction of white mixed in."""
     value = int(color.removeprefix("#"), 16)
     red, green, blue = (round(c + paler * (255 - c)) for c in (value >> 16, value >> 8 & 255, value & 255))
     return red, green, blue

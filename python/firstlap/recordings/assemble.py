@@ -25,15 +25,17 @@ from firstlap.recordings.topics import Roles, Topics, choose
 
 ROLES = (types.SCAN, types.ODOM, types.IMU, types.DRIVE, types.POSE)
 WANTED = frozenset((*(kind for role in ROLES for kind in role.types), *types.STEERING, *TRANSFORMS))
-MESSAGES_PER_LOOK = 500
+MESSAGES_PER_CALLBACK = 500
 
 Floats = npt.NDArray[np.float64]
 Raw = dict[str, list[tuple[int, bytes]]]
 
 
-def assemble(stored: Stored, path: Path, wanted: Topics, look: Callable[[int], object] | None = None) -> Recording:
+def assemble(
+    stored: Stored, path: Path, wanted: Topics, on_progress: Callable[[int], object] | None = None
+) -> Recording:
     """Reads and decodes all relevant messages and puts them on one clock. Raises InputError if no scan can be read."""
-    raw = _read(stored, look)
+    raw = _read(stored, on_progress)
     held = {name: stored.topics[name] for name in raw}
     others = {name: topic for name, topic in stored.topics.items() if topic.type not in WANTED}
     try:
@@ -44,14 +46,14 @@ def assemble(stored: Stored, path: Path, wanted: Topics, look: Callable[[int], o
     return _Assembly(stored, path, roles, raw, wanted).recording()
 
 
-def _read(stored: Stored, look: Callable[[int], object] | None) -> Raw:
+def _read(stored: Stored, on_progress: Callable[[int], object] | None) -> Raw:
     raw: Raw = {}
     stored.wanted = WANTED
     for count, message in enumerate(stored.messages()):
         if stored.topics[message.topic].type in WANTED:
             raw.setdefault(message.topic, []).append((message.time, message.data))
-        if look and count % MESSAGES_PER_LOOK == 0:
-            look(count)
+        if on_progress and count % MESSAGES_PER_CALLBACK == 0:
+            on_progress(count)
     return raw
 
 
@@ -239,7 +241,7 @@ def _exact(headers: Floats, about: About | None) -> Floats:
 
 
 def _twist_of(message: Any) -> tuple[float, float, float]:
-    """Speed, yaw rate and speed to the left, which no planner needs: one that is not finite is none."""
+    """Speed, yaw rate and lateral speed; no planner needs the lateral speed, so an invalid one becomes 0."""
     twist = message.twist.twist
     left = twist.linear.y
     return twist.linear.x, twist.angular.z, left if math.isfinite(left) else 0.0

@@ -20,23 +20,23 @@ SECONDS, NANOSECONDS = 0x5A5B5C5D, 0x0DEADBEE
 """The marker value of a stamp."""
 NONE: npt.NDArray[np.float64] = np.zeros(0)
 HEAD, DOUBLE = 4, 8
-"""Bytes before the body of a CDR message, to whose start all is aligned; and of a float64."""
+"""Size in bytes of the header of a CDR message, behind which alignment starts, and of a float64."""
 
 
 LENGTH, STAMP = struct.Struct("<I"), struct.Struct("<II")
 
 
 PADDING = tuple(bytes(-size % LENGTH.size) for size in range(LENGTH.size))
-"""What aligns a length behind so many bytes, more or less a multiple of four."""
+"""Padding that aligns a length, by the number of bytes before it modulo four."""
 
 
 def put_length(data: bytearray, length: int) -> None:
-    """Behind the beginning of a message, where it is aligned."""
+    """Appends a length to the start of a message, with alignment."""
     data += PADDING[len(data) % LENGTH.size] + LENGTH.pack(length)
 
 
 def put_texts(data: bytearray, texts: Iterable[str]) -> None:
-    """Behind the beginning of a message: strings, one after another."""
+    """Appends strings to the start of a message."""
     for text in texts:
         encoded = text.encode()
         data += b"%b%b%b\0" % (PADDING[len(data) % LENGTH.size], LENGTH.pack(len(encoded) + 1), encoded)
@@ -50,7 +50,7 @@ def mark(index: int) -> float:
 class Template:
     """A message of one type with `numbers` marks, each a float64, and any number of stamp marks.
 
-    size: of it. places: of its numbers among the float64 of its body, in their order.
+    size: in bytes. places: indices of its numbers among the float64 of its body, in the order of the marks.
     """
 
     def __init__(self, kind: str, message: Any, numbers: int) -> None:
@@ -86,10 +86,10 @@ class Template:
 
 
 class Series:
-    """Messages of one type with a list of any length, whose items are alike but for their numbers.
+    """Messages of one type with a list of any length, whose items differ only in their numbers.
 
-    build: a message of as many items, its list the only thing in it that grows. numbers: marks of an item, numbered on
-    from item to item.
+    build: makes a message with the given number of items; only the list may grow. numbers: number of marks per item,
+    numbered consecutively over all items.
     """
 
     def __init__(self, kind: str, build: Callable[[int], Any], numbers: int) -> None:
@@ -103,7 +103,7 @@ class Series:
         self._places = two.places[:numbers], two.places[numbers:]
 
     def fill(self, time: int, numbers: npt.NDArray[np.float64]) -> bytes:
-        """The message at `time` [ns] with an item a row of numbers."""
+        """The message at `time` [ns] with one item per row of numbers."""
         count = len(numbers)
         if count < len(self._few):
             return self._few[count].fill(time, numbers.reshape(-1))

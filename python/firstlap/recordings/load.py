@@ -12,13 +12,13 @@ from firstlap.recordings.topics import Topics
 
 
 def load_recording(
-    path: str | Path, topics: Topics | None = None, look: Callable[[int], object] | None = None
+    path: str | Path, topics: Topics | None = None, on_progress: Callable[[int], object] | None = None
 ) -> Recording:
     """The recording at `path`: a file with one of `paths.ENDINGS`, or a rosbag2 folder.
 
-    topics: topic names, if types alone are ambiguous, and other settings by the user. look: called with the number of
-    messages read so far. Damaged parts are skipped and reported as remarks. Raises InputError if no scan
-    can be read.
+    topics: topic names, if types alone are ambiguous, and other settings by the user. on_progress: called with the
+    number of messages read so far. Damaged parts are skipped and reported as remarks. Raises InputError if no scan can
+    be read.
     """
     path, topics = Path(path), topics or Topics()
     try:
@@ -30,7 +30,7 @@ def load_recording(
             from firstlap.recordings.npz import load_npz
 
             return load_npz(path, topics)
-        return _from_messages(path, topics, look)
+        return _from_messages(path, topics, on_progress)
     except OSError as error:
         raise InputError(f"{path}: {error.strerror or error}") from None
 
@@ -44,7 +44,7 @@ def load_libraries() -> None:
     typestore()
 
 
-def _from_messages(path: Path, topics: Topics, look: Callable[[int], object] | None) -> Recording:
+def _from_messages(path: Path, topics: Topics, on_progress: Callable[[int], object] | None) -> Recording:
     from firstlap.recordings.assemble import assemble
     from firstlap.recordings.mcap_log import open_mcap
     from firstlap.recordings.ros1_bag import open_bag
@@ -60,4 +60,4 @@ def _from_messages(path: Path, topics: Topics, look: Callable[[int], object] | N
     opener = open_folder if path.is_dir() else openers.get(ending_of(path))
     if opener is None:
         raise InputError(f"{path}: not a known kind of recording; expected {KINDS}")
-    return assemble(opener(path), path, topics, look)
+    return assemble(opener(path), path, topics, on_progress)

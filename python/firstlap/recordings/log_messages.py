@@ -36,7 +36,7 @@ DIAGNOSTICS = "diagnostic_msgs/msg/DiagnosticArray"
 ARRAY = "std_msgs/msg/Float64MultiArray"
 
 NUMBERS = ("width", "ahead", "clearance", "microseconds")
-"""Remembered track width [m], path ahead of the front axle [m], clearance of the path [m], time of the step."""
+"""Track width [m], path length ahead of the front axle [m], clearance of the path [m], compute time of the step."""
 
 COLORS = {"left": (0.12, 0.47, 0.71, 1.0), "right": (0.91, 0.44, 0.04, 1.0)}
 SEEN_SIZE = 0.06
@@ -162,7 +162,7 @@ def transforms(time: int, poses: dict[tuple[str, str], Floats]) -> bytes:
 
 
 def _wall(side: str, frame: str, count: int) -> Any:
-    """With marks in the places of its numbers."""
+    """The message with marks in place of its numbers."""
     marker: Any = typestore().types[MARKER]
     size = SEEN_SIZE
     return make(
@@ -200,7 +200,7 @@ def wall(time: int, side: str, rows: Floats, frame: str = BASE) -> bytes:
 
 
 def _path(frame: str, count: int) -> Any:
-    """With marks in the places of its numbers."""
+    """The message with marks in place of its numbers."""
     poses = [
         make(
             "geometry_msgs/msg/PoseStamped",
@@ -241,7 +241,7 @@ POINT_TYPES = {SMALL: 1, FLAG: 2, INT: 5, FLOAT: 7}
 
 @lru_cache(maxsize=64)
 def _empty_cloud(frame: str, kind: np.dtype[Any]) -> tuple[Template, int]:
-    """A message without rows, and where the number of its rows stands."""
+    """A message without rows, and the offset of its number of rows."""
     field = "sensor_msgs/msg/PointField"
     fields = [
         make(field, name, offset, POINT_TYPES[column.str], 1)
@@ -281,7 +281,7 @@ def lookahead(time: int, point: Floats, frame: str = BASE) -> bytes:
 
 
 class Diagnosis(NamedTuple):
-    """One diagnostic_msgs/DiagnosticStatus: about what, what is said of it, and its values."""
+    """One diagnostic_msgs/DiagnosticStatus: name, message, level and values."""
 
     name: str
     message: str
@@ -307,7 +307,7 @@ def diagnostics(time: int, about: list[Diagnosis], frame: str = BASE) -> bytes:
 
 
 def diagnosis(status: str, values: Mapping[str, str] | None = None) -> Diagnosis:
-    """Of a step that ended with this status."""
+    """The diagnosis of a step with this status."""
     return Diagnosis(HARDWARE, status, LEVELS.get(status, ERROR), values or {})
 
 

@@ -33,11 +33,11 @@ def drive_and_log(
     driver: _core.LoggedDriver,
     about: About,
     path: str | Path,
-    look: Callable[[_core.Race], object] | None,
+    on_progress: Callable[[_core.Race], object] | None,
 ) -> None:
     """Drives the race to its end and writes its log. Raises InputError if it cannot be written.
 
-    driver: the driver of the race. look: as for `firstlap.sim.race.race`.
+    driver: the driver of the race. on_progress: as for `firstlap.sim.race.race`.
     """
     scans, known, count = 0, 0, FIRST_BATCH
     with LogWriter(path, about) as writer:
@@ -54,8 +54,8 @@ def drive_and_log(
                 writer.put(_batch(columns, numbers, truth, known, about))
                 scans = int(numbers[-1])
                 known = scans
-            if look:
-                look(running)
+            if on_progress:
+                on_progress(running)
 
 
 def _batch(

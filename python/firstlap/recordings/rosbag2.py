@@ -151,7 +151,7 @@ def _instead(path: Path, suffixes: list[str]) -> str:
 
 
 def _suffix(file: Path) -> str:
-    """Of the storage, without that of its compression."""
+    """The suffix of the storage, without that of the compression."""
     return PurePath(file.stem).suffix.lower() if file.suffix.lower() in COMPRESSED else file.suffix.lower()
 
 

@@ -13,7 +13,7 @@ from firstlap import _core
 STATUSES = _core.STATUSES
 """Names of a step's status, by its number."""
 PATH_COLUMNS = tuple(column["name"] for column in _core.result_tables()["path"])
-"""Of a logged path's rows."""
+"""Columns of a logged path."""
 
 Columns = Mapping[str, Any]
 

@@ -1,8 +1,7 @@
-"""The arrays of a step's trace as tables: the one list of their names, columns and types, for whoever stores or sends
-them.
+"""The arrays of a step's trace as tables: the single list of their names, columns and types, for logs and messages.
 
-A row is a point, a section or a beam; every column is four bytes or one wide. A table that has a place begins with x,
-y, z [m] in base_link, so that RViz and Foxglove draw it.
+A row is a point, a section or a beam. Columns are one or four bytes wide. A table with positions begins with x, y, z
+[m] in base_link, so that RViz and Foxglove can display it.
 """
 
 from __future__ import annotations
@@ -19,20 +18,20 @@ from firstlap.perception.scan import ray_ends
 
 Floats = npt.NDArray[np.float64]
 Rows = npt.NDArray[Any]
-"""(N,) of a table's `dtype`."""
+"""(N,) rows of a table's `dtype`."""
 Place = Callable[[Mapping[str, Any], tuple[float, float]], Floats]
-"""(N, 2) in base_link [m], of a trace and x, y [m] of its laser."""
+"""Computes positions (N, 2) [m] in base_link from a trace and the laser's x, y [m]."""
 
 FLOAT, INT, SMALL, FLAG = "<f4", "<i4", "|i1", "|u1"
 READ = {FLOAT: np.float64, INT: np.int64, SMALL: np.int8, FLAG: np.uint8}
-"""Type of a column -> type for whoever reads it."""
+"""Type of a column -> type in a trace that is read back."""
 PLACE = ("x", "y")
 HEIGHT = "z"
 
 
 class Column(NamedTuple):
-    """source: where the trace has it, names joined by dots. fields: its names in the table, as many as the array has
-    columns. kinds: their types; one for all, or one each: then the source is a list of tuples."""
+    """source: path in the trace, joined by dots. fields: names in the table, one per column of the array. kinds: their
+    types, either one for all, or one each if the source is a list of tuples."""
 
     source: str
     fields: tuple[str, ...]
@@ -47,7 +46,7 @@ class Column(NamedTuple):
 
 @dataclass(frozen=True)
 class Table:
-    """place: of what has no points of its own; for whoever draws it, and not read back."""
+    """A table. place: computes positions for display if the table has none; they are not read back."""
 
     name: str
     columns: tuple[Column, ...]
@@ -55,7 +54,7 @@ class Table:
 
     @cached_property
     def dtype(self) -> np.dtype[Any]:
-        """Of its rows: the place first."""
+        """The type of a row, which begins with the position."""
         listed = [one for column in self.columns for one in column.typed]
         listed = [(name, FLOAT) for name in PLACE] * (self.place is not None) + listed
         at = next((i for i, (name, _) in enumerate(listed) if name == PLACE[-1]), None)
@@ -64,12 +63,12 @@ class Table:
         return np.dtype(listed)
 
     def rows(self, trace: Mapping[str, Any], laser: tuple[float, float] = (0.0, 0.0)) -> Rows:
-        """The table of a trace whose laser is at x, y [m]. Raises ValueError where its arrays are no table."""
+        """The rows of a trace. laser: its x, y [m]. Raises ValueError if the arrays do not form a table."""
         sources = [np.asarray(_found(trace, column.source)) for column in self.columns]
         rows = np.zeros(len(sources[0]), self.dtype)
         for column, source in zip(self.columns, sources, strict=True):
             if len(source) != len(rows):
-                raise ValueError(f"{column.source} has {len(source)} rows where {self.name} has {len(rows)}")
+                raise ValueError(f"{column.source} has {len(source)} rows; expected {len(rows)} as in {self.name}")
             values = source.reshape(len(rows), len(column.fields))
             for i, name in enumerate(column.fields):
                 rows[name] = values[:, i]
@@ -78,19 +77,19 @@ class Table:
         return rows
 
     def put(self, trace: dict[str, Any], rows: Rows) -> None:
-        """Its arrays back into a trace."""
+        """Puts the columns back into a trace."""
         for column in self.columns:
             if len(column.kinds) > 1:
                 value: Any = [tuple(row) for row in rows[list(column.fields)].tolist()]
             else:
-                with np.errstate(invalid="ignore"):  # a NaN of any kind stays one
+                with np.errstate(invalid="ignore"):  # NaN stays NaN
                     arrays = [rows[name].astype(READ[column.kinds[0]]) for name in column.fields]
                 value = arrays[0] if len(arrays) == 1 else np.column_stack(arrays)
             put(trace, column.source, value)
 
 
 def put(trace: dict[str, Any], path: str, value: Any) -> None:
-    """A value where its path, names joined by dots, says. Raises ValueError where something else is there."""
+    """Puts a value at a path of names joined by dots. Raises ValueError if there is something else."""
     *folders, name = path.split(".")
     for folder in folders:
         trace = trace.setdefault(folder, {})
@@ -112,7 +111,7 @@ def _found(trace: Mapping[str, Any], path: str) -> Any:
 
 
 def _beam_ends(source: str) -> Place:
-    """Ends of the beams, right to left."""
+    """Endpoints of the beams, right to left."""
 
     def ends(trace: Mapping[str, Any], laser: tuple[float, float]) -> Floats:
         ranges = np.asarray(trace[source], dtype=np.float64)
@@ -122,7 +121,7 @@ def _beam_ends(source: str) -> Place:
 
 
 def _heading_ends(trace: Mapping[str, Any], laser: tuple[float, float]) -> Floats:
-    """Of the free distances of `gap`, straight ahead in the middle."""
+    """Endpoints of the free distances of `gap`, of which the middle one is straight ahead."""
     free = np.asarray(trace["free"], dtype=np.float64)
     return ray_ends(laser, trace["step"] * (np.arange(len(free)) - len(free) // 2), free)
 
@@ -146,7 +145,7 @@ def _side(name: str) -> Table:
 TRAJECTORY = Table(
     "trajectory", tuple(Column(f"path.{name}", (name,)) for name in ("x", "y", "yaw", "curvature", "velocity", "s"))
 )
-"""The planned path with its speeds: [m], rad, 1/m, m/s."""
+"""The planned path with its speeds [m, rad, 1/m, m/s]."""
 BEAMS = Table("beams", (Column("ranges", ("range",)),), _beam_ends("ranges"))
 
 TABLES: dict[str, tuple[Table, ...]] = {

@@ -34,7 +34,7 @@ OPTION_FIELDS = FieldTable([*_core.RaceOptions.fields(), *_core.Car.fields()])
 """Conditions of a race: how it is run, and properties of the car that the driver does not know."""
 OPTIONS = "race options"
 """Name of the conditions in messages."""
-SCANS_PER_LOOK = 40
+SCANS_PER_CALLBACK = 40
 
 
 @dataclass(frozen=True)
@@ -229,7 +229,7 @@ def race(
     latency: str = "none",
     preparation: Preparation | None = None,
     options: Mapping[str, float] | None = None,
-    look: Callable[[_core.Race], object] | None = None,
+    on_progress: Callable[[_core.Race], object] | None = None,
     preparing: ProgressCallback | None = None,
     record: str | Path | None = None,
 ) -> RaceResult:
@@ -237,10 +237,10 @@ def race(
 
     setup, car: a name, a file, or a loaded object. driver: its name; default: the setup's, or local. seed: of all
     randomness. latency: measured, fixed:MS or none, how the driver's compute time delays its commands. preparation: of
-    a driver that needs a map; default: it is prepared here. options: conditions from the table `OPTION_FIELDS`, such
-    as mu_scale or sensors.speed_scale_error. look: called about once per simulated second with the race; an exception
-    from it ends the race. preparing: progress callback of the preparation. record: an .mcap file for the log, see
-    docs/recordings.md. Raises InputError.
+    a driver that needs a map; default: it is prepared here. options: conditions from the table `OPTION_FIELDS`, such as
+    mu_scale or sensors.speed_scale_error. on_progress: called about once per simulated second with the race; an
+    exception from it ends the race. preparing: progress callback of the preparation. record: an .mcap file for the log,
+    see docs/recordings.md. Raises InputError.
     """
     setup = choose_setup(driver, setup)
     kind = driver_kind(setup.driver)
@@ -262,10 +262,10 @@ def race(
             from firstlap.recordings.race_log import drive_and_log, race_about
 
             what = f"{track.name}{', reverse' if reverse else ''}"
-            drive_and_log(running, logged, race_about(running, setup, car, what, seed), record, look)
-        while running.advance(SCANS_PER_LOOK):
-            if look:
-                look(running)
+            drive_and_log(running, logged, race_about(running, setup, car, what, seed), record, on_progress)
+        while running.advance(SCANS_PER_CALLBACK):
+            if on_progress:
+                on_progress(running)
     finally:
         if isinstance(handle, UsesTruePose):
             handle.use_true_pose(None, track)

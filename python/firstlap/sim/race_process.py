@@ -64,11 +64,11 @@ def unpacked(car: PackedCar) -> Car:
 
 def race_in_process(track: Track, setup: Setup, car: PackedCar, options: dict[str, Any]) -> dict[str, Any]:
     """Races in a process of a `RacePool`; `restored` makes the result. options: further arguments of `race`."""
-    result = race(track, setup, unpacked(car), look=_look, **options)
+    result = race(track, setup, unpacked(car), on_progress=_check_stop, **options)
     return {field.name: getattr(result, field.name) for field in fields(result) if field.name not in STAYS}
 
 
-def _look(_running: object) -> None:
+def _check_stop(_running: object) -> None:
     if _stop is not None and _stop.is_set():
         raise InterruptedRaceError
 

@@ -137,27 +137,27 @@ def car_of(problem: Problem) -> Car:
 
 
 def race_one(
-    problem: Problem, setup: Setup, conditions: Conditions, preparation: Any, look: RaceCallback | None
+    problem: Problem, setup: Setup, conditions: Conditions, preparation: Any, on_progress: RaceCallback | None
 ) -> RaceResult:
-    """One race of a candidate, which is told of the car as it should be."""
+    """One race of a candidate, whose driver knows the nominal car."""
     car = car_of(problem)
     options: dict[str, float] = {"record_path": False, **race_options(problem.spread, conditions)}
     if problem.slowest > 0.0:
         options["timeout_speed"] = problem.slowest
     return race(
         problem.track,
-        setup.told_of(car.core),
+        setup.with_car_values(car.core),
         changed_car(car, problem.spread, conditions),
         laps=problem.laps,
         seed=conditions.seed,
         options=options,
         preparation=preparation,
-        look=look,
+        on_progress=on_progress,
     )
 
 
 def judge(
-    problem: Problem, given: Values, best: Sequence[float | None] | None = None, look: RaceCallback | None = None
+    problem: Problem, given: Values, best: Sequence[float | None] | None = None, on_progress: RaceCallback | None = None
 ) -> Verdict:
     """Races a candidate under all conditions, or until it is hopeless.
 
@@ -177,7 +177,7 @@ def judge(
     driven = 0.0
     ended = ""
     for conditions in problem.conditions:
-        result = race_one(problem, setup, conditions, preparation, look)
+        result = race_one(problem, setup, conditions, preparation, on_progress)
         flying = [lap.time for lap in result.laps if not lap.standing]
         laps.append(sum(flying) / len(flying) if result.finished and flying else None)
         done = 1.0 if result.finished else min(result.distance / (problem.track.length * problem.laps), 1.0)

@@ -84,14 +84,14 @@ def _mix(field: Field, a: Setup, b: Setup, share: float) -> Value:
 
 
 def drive_paper(
-    track: Track, car: Car, seeds: int, done: Callable[[], object], look: Callable[[_core.Race], object]
+    track: Track, car: Car, seeds: int, done: Callable[[], object], on_progress: Callable[[_core.Race], object]
 ) -> list[SettingResult]:
     """Races every setting with seeds 1 to `seeds`, without spread, on all cores."""
     setups = paper_settings()
     options = {"record_path": False}
 
     def drive(setup: Setup, seed: int) -> RaceResult:
-        return race(track, setup, car, laps=LAPS, seed=seed, options=options, look=look)
+        return race(track, setup, car, laps=LAPS, seed=seed, options=options, on_progress=on_progress)
 
     with ThreadPoolExecutor() as pool:
         futures = [[pool.submit(drive, setup, seed) for seed in range(1, seeds + 1)] for setup in setups]

@@ -72,9 +72,9 @@ class LocalPool:
 
     def submit(self, job: Job) -> Future[Verdict]:
         """Races one candidate."""
-        return self._executor.submit(judge, *job, None if self._in_python else self._look)
+        return self._executor.submit(judge, *job, None if self._in_python else self._check_stop)
 
-    def _look(self, _running: _core.Race) -> None:
+    def _check_stop(self, _running: _core.Race) -> None:
         if self._stop.is_set():
             raise StoppedError
 

@@ -1,8 +1,8 @@
 """The search: CMA-ES over the unit cube, generation by generation.
 
-A generation is asked for as a whole, raced in any order, and told as a whole in the order of its numbers, so the result
-does not depend on the number of workers. An interrupted study is resumed by repeating the search from the beginning;
-results of earlier races are taken from the study file.
+A generation is sampled as a whole, raced in any order, and returned to the optimizer as a whole, sorted by number, so
+the result does not depend on the number of workers. An interrupted study is resumed by repeating the search from the
+beginning; results of earlier races are taken from the study file.
 """
 
 from __future__ import annotations
@@ -53,11 +53,9 @@ def parse_budget(text: str) -> Budget:
 
 
 class Search:
-    """One search.
-
-    trunk: what a candidate has where the space says nothing, the best start. compared: the first start that finishes,
-    and reference its lap [s]. slowest: laps longer than this many references are given up.
-    laps_after: what is raced after the search, within the same budget of time.
+    """One search. trunk: the best starting setup, which provides all values outside of the space. compared: the first
+    starting setup that finishes; reference: its lap [s]. slowest: timeout of a lap, as a multiple of `reference`.
+    laps_after: number of laps after the search, within the same time budget.
     """
 
     def __init__(
@@ -90,12 +88,12 @@ class Search:
 
     @property
     def seconds(self) -> float:
-        """Of search so far, those before a resume included."""
+        """Duration of the search so far [s], including before a resume."""
         return self._seconds_before + time.monotonic() - self._began
 
     @property
     def best(self) -> Trial | None:
-        """The one of least cost among those that hold."""
+        """The reliable trial of lowest cost."""
         return min((t for t in self.study.ordered if t.verdict.holds), key=lambda t: (t.cost, t.number), default=None)
 
     def run(self, budget: Budget) -> None:
@@ -192,8 +190,7 @@ class Search:
         self.trunk = self.starts[best.number]
 
     def _optimizer(self, round_: int, number: int) -> Any:
-        """Begins at the best starting setup; restarts begin at the best so far, with a smaller spread and another
-        seed."""
+        """Starts at the best starting setup; restarts use the best setup so far, a smaller spread and another seed."""
         import cmaes
 
         best = self._best_before(number)

@@ -156,11 +156,11 @@ def test_a_car_brings_its_dynamics_to_the_driver_that_knows_of_them():
     assert "servo_time_constant" not in firstlap.load_setup("gap").params(nuc2).values()["car"]
 
 
-def test_a_setup_that_was_told_of_a_car_keeps_to_it_in_another_one():
+def test_a_setup_that_was_with_car_values_a_car_keeps_to_it_in_another_one():
     nuc2, gym = (firstlap.load_car(name).core for name in ("nuc2", "gym"))
-    told = firstlap.load_setup("sure").told_of(nuc2)
+    told = firstlap.load_setup("sure").with_car_values(nuc2)
     assert told.params(gym).values()["car"] == firstlap.load_setup("sure").params(nuc2).values()["car"]
-    own = firstlap.load_setup("sure").with_values({"car.speed_delay": 0.1}).told_of(nuc2)
+    own = firstlap.load_setup("sure").with_values({"car.speed_delay": 0.1}).with_car_values(nuc2)
     assert own.params(gym).get("car", "speed_delay") == 0.1, "what the setup says itself stays"
 
 

@@ -16,8 +16,8 @@ from firstlap.common.errors import InputError
 from firstlap.config.driver_kind import CoreHandle, TableParams
 from firstlap.config.setup_file import Setup, choose_setup, list_setups, load_setup, parse_setup
 from firstlap.drivers import DRIVERS, DriverKind, Preparation, driver_kind
-from firstlap.explain.pictures import PICTURES, plot_step
 from firstlap.explain.snapshot import explain_race
+from firstlap.explain.step_plots import STEP_PLOTS, plot_step
 from firstlap.sim.race import latency_options, start_race
 
 OPPONENTS = ("gap", "disparity", "pid")
@@ -276,4 +276,4 @@ def test_a_driver_is_loaded_when_it_is_asked_for(arena, tmp_path):
 
 
 def test_every_driver_has_a_picture_and_the_other_way_round():
-    assert list(DRIVERS) == list(PICTURES)
+    assert list(DRIVERS) == list(STEP_PLOTS)

@@ -249,9 +249,9 @@ class Planned:
         self.pid.reset()
 
 
-def _prepare(track: Any, _setup: Any, _car: Any, _seed: int, look: Any) -> Preparation:
-    if look:
-        look("measuring", 1.0)
+def _prepare(track: Any, _setup: Any, _car: Any, _seed: int, on_progress: Any) -> Preparation:
+    if on_progress:
+        on_progress("measuring", 1.0)
     return Preparation(seconds=12.5, given=2.0 + 0.0 * track.length)
 
 

@@ -17,8 +17,8 @@ from firstlap.common.errors import InputError
 from firstlap.evaluation.replay.continuity import Continuity
 from firstlap.evaluation.replay.replay import Replay
 from firstlap.evaluation.replay.replay import replay as run_replay
-from firstlap.explain.pictures import plot_step
 from firstlap.explain.snapshot import explain_recording
+from firstlap.explain.step_plots import plot_step
 from firstlap.perception.scan import Mount
 from firstlap.recordings import Recording, Topics, load_recording
 from firstlap.recordings.body import find_body

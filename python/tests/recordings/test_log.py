@@ -259,7 +259,7 @@ def test_an_interrupted_race_leaves_a_finished_log(tmp_path):
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        firstlap.race(firstlap.load_track("oval"), "base", laps=50, look=stop, record=tmp_path / "a.mcap")
+        firstlap.race(firstlap.load_track("oval"), "base", laps=50, on_progress=stop, record=tmp_path / "a.mcap")
     recording = load_recording(tmp_path / "a.mcap")
     assert len(recording) == 40
     assert recording.remarks == ()

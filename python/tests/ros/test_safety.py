@@ -69,7 +69,7 @@ def test_a_simulated_clock_that_stands_still_for_too_long_is_told_and_asking_cha
     for now, steady in ((1.0, 10.0), (1.1, 10.1), (1.1, 10.3)):
         clock.update(now, steady)
     assert clock.reason(10.35) == ""
-    assert clock.reason(10.4) == clock.reason(10.4) == "/clock stood still for 0.30 s"
+    assert clock.reason(10.4) == clock.reason(10.4) == "/clock has not advanced for 0.30 s"
     clock.update(1.2, 10.4)
     assert clock.reason(10.4) == ""
 

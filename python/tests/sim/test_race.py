@@ -86,11 +86,11 @@ def test_options_that_cannot_be_are_refused(arena, options):
 
 
 def test_look_may_stop_a_race(arena):
-    def look(_running: object) -> None:
+    def on_progress(_running: object) -> None:
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        firstlap.race(arena, "base", look=look)
+        firstlap.race(arena, "base", on_progress=on_progress)
 
 
 def test_a_race_without_a_lap_can_be_drawn(arena, tmp_path: Path):

@@ -1,1 +1,1 @@
-"""The package firstlap under the names that ros2 run and launch look for."""
+"""Entry points of the package firstlap for ros2 run and ros2 launch."""

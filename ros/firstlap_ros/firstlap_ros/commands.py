@@ -1,4 +1,4 @@
-"""What `ros2 run firstlap_ros ...` starts: the commands of firstlap."""
+"""Entry points of `ros2 run firstlap_ros ...`: the commands of firstlap."""
 
 import sys
 
@@ -10,15 +10,15 @@ def _run(command: str) -> None:
 
 
 def drive() -> None:
-    """The driving node, which waits for a person."""
+    """Runs the driving node, which waits for consent."""
     _run("drive")
 
 
 def sim() -> None:
-    """The simulator node."""
+    """Runs the simulator node."""
     _run("sim")
 
 
 def preflight() -> None:
-    """Looks at the live topics."""
+    """Checks the live topics."""
     _run("preflight")

@@ -1,4 +1,4 @@
-"""Simulator and driving node: the car laps on the desk, without a person's consent and as fast as its setup."""
+"""Simulator and driving node: the simulated car drives without consent, as fast as its setup allows."""
 
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription
@@ -8,7 +8,7 @@ from launch_ros.substitutions import FindPackageShare
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Includes the other two."""
+    """Includes the other two launch files."""
 
     def include(name: str, **arguments: object) -> IncludeLaunchDescription:
         path = PathJoinSubstitution([FindPackageShare("firstlap_ros"), "launch", f"{name}.launch.py"])
@@ -16,8 +16,10 @@ def generate_launch_description() -> LaunchDescription:
 
     return LaunchDescription(
         [
-            DeclareLaunchArgument("track", default_value="arena", description="as of sim.launch.py"),
-            DeclareLaunchArgument("speed_limit", default_value="20.0", description="[m/s] simulated"),
+            DeclareLaunchArgument("track", default_value="arena", description="as in sim.launch.py"),
+            DeclareLaunchArgument(
+                "speed_limit", default_value="20.0", description="[m/s] upper limit of the speed commands"
+            ),
             include("sim", track=LaunchConfiguration("track")),
             include("drive", speed_limit=LaunchConfiguration("speed_limit"), go="true"),
         ]

@@ -7,16 +7,16 @@ from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 
 ARGUMENTS = {
-    "track": (str, "arena", "one of ours, a track file, random:SEED, or a ROS map YAML"),
+    "track": (str, "arena", "name of a track, a track file, random:SEED, or a ROS map YAML"),
     "car": (str, "", "default, nuc2, gym or a YAML file"),
     "gym_names": (bool, "false", "topics and frames of f1tenth_gym_ros"),
-    "factor": (float, "1.0", "times real time"),
-    "publish_clock": (bool, "false", "publish /clock"),
+    "factor": (float, "1.0", "real-time factor"),
+    "publish_clock": (bool, "false", "publish /clock and use simulated time stamps"),
 }
 
 
 def generate_launch_description() -> LaunchDescription:
-    """One node."""
+    """Launches the simulator node."""
     declared = [
         DeclareLaunchArgument(name, default_value=default, description=text)
         for name, (_, default, text) in ARGUMENTS.items()

@@ -22,10 +22,10 @@ def _make(values: Any, car: Car | None, preparation: Preparation) -> Handle:
     return GlobalHandle(values.parts(), car, preparation.given)
 
 
-def _prepare(track: Track, setup: Setup, car: Car, seed: int, look: ProgressCallback | None) -> Preparation:
+def _prepare(track: Track, setup: Setup, car: Car, seed: int, on_progress: ProgressCallback | None) -> Preparation:
     from firstlap.drivers.global_driver.prepare import prepare
 
-    return prepare(track, setup.params(car.core).parts(), car, seed, look)
+    return prepare(track, setup.params(car.core).parts(), car, seed, on_progress)
 
 
 def global_kind() -> DriverKind:

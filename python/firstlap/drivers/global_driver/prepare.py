@@ -41,12 +41,14 @@ class Prepared:
     line: RaceLine
 
 
-def prepare(track: Track, parts: Parts, car: Car, seed: int, look: ProgressCallback | None = None) -> Preparation:
+def prepare(
+    track: Track, parts: Parts, car: Car, seed: int, on_progress: ProgressCallback | None = None
+) -> Preparation:
     """Map and line, from the cache or made now; the durations are those of making them.
 
     The mapping lap has the race's start and direction of travel. Raises InputError.
     """
-    say = look or (lambda _what, _share: None)
+    say = on_progress or (lambda _what, _share: None)
     map_folder, mapped, map_known = _map(track, parts, car, seed, say)
     walls = _read_walls(map_folder / ROAD_FILE, track.name)
     line_folder, lined, line_known = _line(map_folder, walls, parts, car, say)
@@ -86,7 +88,7 @@ def _map(track: Track, parts: Parts, car: Car, seed: int, say: ProgressCallback)
             car,
             seed=seed,
             settings=parts.mapping,
-            look=lambda what, done, total: say(what, MAP_SHARE * min(1.0, done / max(total, 1e-9))),
+            on_progress=lambda what, done, total: say(what, MAP_SHARE * min(1.0, done / max(total, 1e-9))),
         )
         write_map(result.map, folder / MAP_FILE)
         write_map(road_of(result.map, result.poses[:, :2]), folder / ROAD_FILE)

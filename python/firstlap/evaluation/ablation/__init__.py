@@ -1,1 +1,1 @@
-"""The method with one rule off at a time."""
+"""Ablation: the method with one rule turned off at a time."""

@@ -1,4 +1,4 @@
-"""Races, disturbances, recordings and perception with one rule of the method off at a time."""
+"""Measures races, disturbances, recordings and perception with one rule of the method turned off at a time."""
 
 from __future__ import annotations
 
@@ -28,19 +28,19 @@ from firstlap.tracks.track import Track
 
 REFERENCE = "all rules"
 START_YAWS = (-1.0, -0.6, 0.6, 1.0)
-"""[rad] how far the car is turned at the start, to either side."""
+"""[rad] Heading errors of the start pose."""
 JOINTS = (0.5, 0.8)
-"""[m] of the joints between pipes; of the sweep pipe_joints."""
+"""[m] Widths of the joints between pipes; values of the sweep pipe_joints."""
 SIGHTS = (1.5, 3.0)
-"""Stopping distances from which a sudden box is seen; of the sweep obstacle."""
+"""Visibility of the sudden obstacle, in stopping distances; values of the sweep obstacle."""
 
 
 @dataclass(frozen=True)
 class Plan:
-    """What is measured for every rule.
+    """The measurements of every rule.
 
-    tracks: raced in both directions. disturbed: of them those for joints, sudden boxes and turned cars.
-    perceived: those whose scans are measured. places: boxes a lap.
+    tracks: raced in both directions. disturbed: those that are also raced with joints, sudden obstacles and turned
+    starts. perceived: those on which perception is evaluated. places: number of obstacles per lap.
     """
 
     setups: Sequence[Setup]
@@ -55,7 +55,7 @@ class Plan:
 
 @dataclass(frozen=True)
 class Job:
-    """One measurement: `run` gives what it came to, as JSON has it."""
+    """One measurement: `run` returns its result as JSON data."""
 
     rule: str
     kind: str
@@ -64,19 +64,19 @@ class Job:
 
     @property
     def key(self) -> str:
-        """Of its line in the state file."""
+        """Key of the result in the state file."""
         return f"{self.rule} | {self.kind} | {self.case}"
 
 
 class InterruptedAblationError(Exception):
-    """The measurements were stopped from outside."""
+    """The measurements were interrupted."""
 
 
 @dataclass
 class Ablation:
-    """Every rule off in turn, and none, over the plan, on all cores.
+    """Runs the plan with each rule turned off in turn, and with all rules on, on all cores.
 
-    state: a file from which a run goes on. reference: what the setups are called as they are.
+    state: file from which an interrupted run is resumed. reference: name of the setups as they are.
     """
 
     plan: Plan
@@ -88,7 +88,8 @@ class Ablation:
     _stop: threading.Event = field(default_factory=threading.Event)
 
     def jobs(self) -> Iterator[Job]:
-        """All measurements, those with all rules on first. A rule that a setup has off anyway is not measured there."""
+        """All measurements; those with all rules on come first. Rules that a setup turns off anyway are skipped for
+        that setup."""
         for rule in (None, *self.rules):
             name = rule.name if rule else self.reference
             for number, setup in enumerate(self.plan.setups):
@@ -101,9 +102,8 @@ class Ablation:
                     yield from self._perceived(name, changed)
 
     def run(self, done: Callable[[Job], object] | None = None) -> None:
-        """Measures what the state file does not hold yet; `done` is called in this thread after each.
-
-        Interrupted: what was finished stands. Raises InputError for a damaged state file.
+        """Runs the measurements that are not in the state file; `done` is called in this thread after each. If
+        interrupted, finished measurements are kept. Raises InputError for a damaged state file.
         """
         self._read_state()
         pool = ThreadPoolExecutor(max_workers=os.cpu_count())
@@ -129,7 +129,9 @@ class Ablation:
             lines = self.state.read_text().splitlines()
             self.found.update(dict([json.loads(line) for line in lines]))
         except (ValueError, TypeError) as error:
-            raise InputError(f"{self.state}: is no state of an ablation ({error}); delete it or name another") from None
+            raise InputError(
+                f"{self.state}: is not a state file of an ablation ({error}); delete it or use another file"
+            ) from None
         except OSError as error:
             raise InputError(f"{self.state}: {error.strerror or error}") from None
 
@@ -171,7 +173,9 @@ class Ablation:
         self, setup: Setup, track: Track, reverse: bool = False, seed: int = 1, options: dict[str, float] | None = None
     ) -> dict[str, Any]:
         laps = self.plan.laps
-        result = race(track, setup, self.car, laps=laps, seed=seed, reverse=reverse, options=options, look=self._look)
+        result = race(
+            track, setup, self.car, laps=laps, seed=seed, reverse=reverse, options=options, on_progress=self._check_stop
+        )
         lap = statistics.median(lap.time for lap in result.laps) if result.finished else None
         return {"passed": int(result.finished), "cases": 1, "lap": lap}
 
@@ -180,7 +184,7 @@ class Ablation:
         sweep = BY_NAME["obstacle"]
         judged = []
         for case in races.cases([sweep], {spec: track}, 1, False, self.plan.places):
-            self._look()
+            self._check_stop()
             if case.value in SIGHTS:
                 judged.append(self._box(races, case))
         passed = [drive for drive in judged if drive is not None]
@@ -188,23 +192,23 @@ class Ablation:
 
     @staticmethod
     def _box(races: Robustness, case: Case) -> bool | None:
-        """Whether nothing was touched; None where no driver could have done anything about it."""
+        """Whether there was no contact; None if no driver could have avoided it."""
         drive = races.race(case)
         return None if drive.verdict in ("impossible", "before") else drive.contact_free
 
     def _perception(self, setup: Setup, track: Track) -> dict[str, Any]:
-        perception, _ = measure_perception(track, setup, self.car, look=self._look)
+        perception, _ = measure_perception(track, setup, self.car, on_progress=self._check_stop)
         return perception.to_dict()
 
     def _replayed(self, setup: Setup, recording: Recording) -> dict[str, Any]:
-        return replay(recording, setup, self.car, look=self._look).driven.to_dict()
+        return replay(recording, setup, self.car, on_progress=self._check_stop).driven.to_dict()
 
-    def _look(self, _running: object = None) -> None:
+    def _check_stop(self, _running: object = None) -> None:
         if self._stop.is_set():
             raise InterruptedAblationError
 
     def to_dict(self) -> dict[str, Any]:
-        """As `firstlap ablation --json` prints it: a row per rule, that with all rules on first."""
+        """As in `firstlap ablation --json`: one row per rule, with all rules on first."""
         rows = [self._row(rule) for rule in (Rule(self.reference, "", 0), *self.rules)]
         return {
             "setups": [setup.name for setup in self.plan.setups],
@@ -230,7 +234,7 @@ class Ablation:
         return row
 
     def _of(self, rule: str, kind: str) -> dict[str, dict[str, Any]]:
-        """By case; where the rule was not measured, since the setup has it off, that with all rules on."""
+        """Results by case; for setups that turn the rule off anyway, those with all rules on."""
         found: dict[str, dict[str, Any]] = {}
         for name in (self.reference, rule):
             prefix = f"{name} | {kind} | "
@@ -238,7 +242,7 @@ class Ablation:
         return found
 
     def _lap_ratios(self, rule: str) -> tuple[float | None, float | None]:
-        """Mean and largest lap over that with all rules on, of the races that finished with both."""
+        """Mean and maximum ratio of the lap time to that with all rules on, over races that finished in both cases."""
         reference = self._of(self.reference, "race")
         ratios = [
             found["lap"] / reference[case]["lap"]
@@ -271,7 +275,7 @@ def _recording_figures(found: dict[str, Any]) -> dict[str, float | None]:
 def _mean_of(
     found: dict[str, dict[str, Any]], figures: Callable[[dict[str, Any]], dict[str, float | None]]
 ) -> dict[str, float | None]:
-    """Figure by figure the mean over the cases; None where one of them has none."""
+    """The mean of each figure over the cases; None if a case lacks it."""
     rows = [figures(one) for one in found.values()]
     means: dict[str, float | None] = {}
     for name in rows[0] if rows else ():

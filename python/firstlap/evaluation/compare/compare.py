@@ -171,12 +171,12 @@ class Comparison:
         return missing
 
     def _prepare(self, entry: Entry, preparing: Callable[[Entry, str, float], object] | None) -> None:
-        def look(what: str, share: float) -> None:
+        def on_progress(what: str, share: float) -> None:
             if preparing:
                 preparing(entry, what, share)
 
         kind = driver_kind(entry.setup.driver)
-        entry.preparation = kind.prepare(self.track, entry.setup, self.car, 1, look)
+        entry.preparation = kind.prepare(self.track, entry.setup, self.car, 1, on_progress)
 
     def to_dict(self) -> dict[str, Any]:
         """As in `firstlap compare --json`."""
@@ -266,11 +266,11 @@ class _Threads:
                 latency=comparison.latency,
                 preparation=job.entry.preparation,
                 options=comparison.options,
-                look=self._look,
+                on_progress=self._check_stop,
             )
         )
 
-    def _look(self, _running: object) -> None:
+    def _check_stop(self, _running: object) -> None:
         if self._stop.is_set():
             raise InterruptedComparisonError
 
@@ -335,7 +335,7 @@ def _race_in_process(
     seed: int,
     preparation: Preparation,
 ) -> Record:
-    def look(_running: object) -> None:
+    def on_progress(_running: object) -> None:
         if _stop_process.is_set():
             raise InterruptedComparisonError
 
@@ -354,7 +354,7 @@ def _race_in_process(
             latency=latency,
             preparation=preparation,
             options=options,
-            look=look,
+            on_progress=on_progress,
         )
     )
 

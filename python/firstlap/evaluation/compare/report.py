@@ -24,7 +24,7 @@ from firstlap.tracks.track_hash import track_hash
 
 REPORTS = (".md", ".html")
 DPI = 110
-"""Of the picture."""
+"""Suffix of the plot."""
 HEADINGS = (
     "driver", "map", "prep. s", "finished", "best s", "median s", "spread", "mean m/s", "distance m", "clear. m",
     "p50 µs", "p99 µs", "skipped", "relative",
@@ -42,7 +42,7 @@ img { max-width: 100% }"""
 
 
 def number(value: float | None, digits: int = 2) -> str:
-    """A number, or a dash where there is none."""
+    """The number as text, or a dash for None."""
     return "–" if value is None else f"{value:.{digits}f}"
 
 

@@ -69,13 +69,13 @@ def measure(
     map_path: str | Path,
     *,
     mask_body: bool = True,
-    look: Callable[[int], object] | None = None,
+    on_progress: Callable[[int], object] | None = None,
     each: Callable[[Detection, tuple[float, float, float], Perception], object] | None = None,
 ) -> MapComparison:
     """Replays every scan of a recording with poses and compares it with the map at `map_path`.
 
-    The direction of travel is the car's own: left and right change where it turns round. mask_body: as for
-    `replay`. look: called after every scan with how many are done; an exception from it ends the replay. Raises
+    The direction of travel is the car's own: left and right change where it turns around. mask_body: as for `replay`.
+    on_progress: called after every scan with how many are done; an exception from it ends the replay. Raises
     InputError.
     """
     poses = recording.poses
@@ -104,8 +104,8 @@ def measure(
         found.lines.append(to_world(seen.line, (x, y, yaw)))
         if each:
             each(seen, (x, y, yaw), perception)
-        if look:
-            look(i + 1)
+        if on_progress:
+            on_progress(i + 1)
     return found
 
 

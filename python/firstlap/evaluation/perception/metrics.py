@@ -53,19 +53,19 @@ def foot(line: FloatArray, x: float) -> tuple[FloatArray, FloatArray]:
     feet = a + t[:, None] * ab
     k = int(np.argmin(np.hypot(feet[:, 0] - x, feet[:, 1])))
     points = np.vstack([feet[k], line[k + 1 :]])
-    way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+    arc_length = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
     if k == 0 and t[0] == 0.0:
-        way = way + np.hypot(feet[0, 0] - x, feet[0, 1])
-    return way, points
+        arc_length = arc_length + np.hypot(feet[0, 0] - x, feet[0, 1])
+    return arc_length, points
 
 
-def at(way: FloatArray, points: FloatArray, ahead: FloatArray | float) -> FloatArray:
+def at(arc_length: FloatArray, points: FloatArray, ahead: FloatArray | float) -> FloatArray:
     """(N, 2) points at the distances `ahead` (N,) [m]; NaN beyond the end of the line."""
     wanted = np.atleast_1d(np.asarray(ahead, dtype=np.float64))
-    if len(way) == 0:
+    if len(arc_length) == 0:
         return np.full((len(wanted), 2), np.nan)
-    found = np.column_stack([np.interp(wanted, way, points[:, i]) for i in (0, 1)])
-    found[(wanted > way[-1] + 1e-9) | (wanted < way[0] - 1e-9)] = np.nan
+    found = np.column_stack([np.interp(wanted, arc_length, points[:, i]) for i in (0, 1)])
+    found[(wanted > arc_length[-1] + 1e-9) | (wanted < arc_length[0] - 1e-9)] = np.nan
     return found
 
 
@@ -103,14 +103,14 @@ class Perception:
 
         seen: its perception. pose: of base_link at its end, in the map or by odometry. dt: [s] since the last.
         """
-        way, line = foot(seen.line, seen.front)
+        arc_length, line = foot(seen.line, seen.front)
         self.scans += 1
         self.statuses[seen.status] += 1
         for reach in REACHES:
-            self.reached[reach] += len(way) > 0 and way[-1] >= reach
+            self.reached[reach] += len(arc_length) > 0 and arc_length[-1] >= reach
         self._compare(seen, pose, dt > LONGEST_PAUSE)
         if self.truth is not None:
-            self._evaluate_line(seen, pose, way, line)
+            self._evaluate_line(seen, pose, arc_length, line)
             self._evaluate_labels(seen, pose)
         self._before = (seen, pose)
 
@@ -125,7 +125,7 @@ class Perception:
         if len(before.path) >= 2 and len(seen.path) >= 2:
             self.jumps.append(jump_of(to_world(seen.path, pose), to_world(before.path, pose_before)))
 
-    def _evaluate_line(self, seen: Detection, pose: Pose, way: FloatArray, line: FloatArray) -> None:
+    def _evaluate_line(self, seen: Detection, pose: Pose, arc_length: FloatArray, line: FloatArray) -> None:
         assert self.truth is not None
         front = to_world(np.array([[seen.front, 0.0]]), pose)[0]
         station = self.truth.station(front[0], front[1], pose[2])
@@ -139,15 +139,15 @@ class Perception:
                 )
             return error, index
 
-        error, index = error_of(at(way, line, AHEAD))
+        error, index = error_of(at(arc_length, line, AHEAD))
         self.errors.append(error)
         self.path_errors.append(error_of(at(*foot(seen.path, seen.front), AHEAD))[0])
         off = error[AHEAD == BAD_AHEAD][0]
         self.bad.append(bool(np.isnan(off) or abs(off) > BAD_ERROR))
         width = np.full(len(AHEAD), np.nan)
-        if len(way):
-            tail = seen.line_width[len(seen.line_width) - len(way) + 1 :]
-            planned = np.interp(AHEAD, way[1:], tail) if len(tail) else np.full(len(AHEAD), np.nan)
+        if len(arc_length):
+            tail = seen.line_width[len(seen.line_width) - len(arc_length) + 1 :]
+            planned = np.interp(AHEAD, arc_length[1:], tail) if len(tail) else np.full(len(AHEAD), np.nan)
             width = np.where(index >= 0, planned - self.truth.width[index], np.nan)
         self.width_errors.append(width)
 

@@ -22,13 +22,13 @@ def measure(
     *,
     laps: int = 1,
     seed: int = 1,
-    look: Callable[[_core.Race], object] | None = None,
+    on_progress: Callable[[_core.Race], object] | None = None,
     each: Callable[[Detection, tuple[float, float, float], Perception], object] | None = None,
 ) -> tuple[Perception, str]:
     """Races `track` in its direction and evaluates every scan; also returns the outcome of the race.
 
-    look: called about once per simulated second; an exception from it ends the race. each: called after every scan.
-    Raises InputError.
+    on_progress: called about once per simulated second; an exception from it ends the race. each: called after every
+    scan. Raises InputError.
     """
     racer = Racer(setup, car)
     running = start_race(track, racer, car, laps=laps, seed=seed)
@@ -41,6 +41,6 @@ def measure(
         time = running.time
         if each:
             each(seen, running.pose, perception)
-        if look and perception.scans % 40 == 0:
-            look(running)
+        if on_progress and perception.scans % 40 == 0:
+            on_progress(running)
     return perception, str(running.result()["outcome"])

@@ -29,13 +29,13 @@ def survey_perception(
     """
     stop = threading.Event()
 
-    def look(_race: _core.Race) -> None:
+    def on_progress(_race: _core.Race) -> None:
         if stop.is_set():
             raise InterruptedSurveyError
 
     def row(run: Run) -> dict[str, Any]:
         track = run.track.reversed() if run.reverse else run.track
-        perception, outcome = measure(track, setup, car, laps=laps, seed=run.seed, look=look)
+        perception, outcome = measure(track, setup, car, laps=laps, seed=run.seed, on_progress=on_progress)
         return {
             "track": run.spec,
             "direction": "reverse" if run.reverse else "forward",

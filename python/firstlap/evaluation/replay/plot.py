@@ -42,7 +42,7 @@ def plot_replay(replay: Replay, path: str | Path) -> None:
         for i in range(rows)
     ]
     for panel in panels:
-        _dress(panel, times, last=panel is panels[-1])
+        _set_axes(panel, times, last=panel is panels[-1])
     _write_head(figure, replay, height)
     _draw_commands(panels[0], panels[1], replay)
     if replay.against is not None:
@@ -54,7 +54,7 @@ def plot_replay(replay: Replay, path: str | Path) -> None:
     save(figure, path)
 
 
-def _dress(axes: Axes, times: Floats, last: bool) -> None:
+def _set_axes(axes: Axes, times: Floats, last: bool) -> None:
     axes.set_xlim(times[0], max(times[-1], times[0] + 1e-3))
     axes.grid(color="#edf0f2", linewidth=0.8)
     axes.set_axisbelow(True)

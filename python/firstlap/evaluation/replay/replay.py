@@ -145,24 +145,24 @@ def replay(
     *,
     against: Setup | None = None,
     mask_body: bool = True,
-    look: Callable[[int], object] | None = None,
+    on_progress: Callable[[int], object] | None = None,
     record: str | Path | None = None,
 ) -> Replay:
     """Runs `setup`, and `against`, on the recording.
 
     mask_body: mask returns from the car itself that the default mask misses, unless the setup sets its mask.
-    look: called with the number of scans done, of both setups. record: an .mcap file for a log of `setup`. Raises
-    InputError.
+    on_progress: called with the number of scans done, of both setups. record: an .mcap file for a log of `setup`.
+    Raises InputError.
     """
     begin = time.perf_counter()
     car = car_of(recording, car)
     setup, body, remarks = prepared(recording, setup, mask_body)
     with log_of(recording, setup, car, record) if record is not None else nullcontext() as log:
-        driven = _drive(recording, setup, car, look, log)
+        driven = _drive(recording, setup, car, on_progress, log)
     other = None
     if against is not None:
         against, _, _ = prepared(recording, against, mask_body)
-        other = _drive(recording, against, car, look and (lambda done: look(len(recording) + done)), None)
+        other = _drive(recording, against, car, on_progress and (lambda done: on_progress(len(recording) + done)), None)
     return Replay(
         recording=recording,
         car=car,
@@ -233,7 +233,7 @@ def _drive(
     recording: Recording,
     setup: Setup,
     car: Car,
-    look: Callable[[int], object] | None,
+    on_progress: Callable[[int], object] | None,
     log: Log | None,
 ) -> ReplayResult:
     driver, continuity, collected = driver_for(setup, car), Continuity(), _Collected()
@@ -244,8 +244,8 @@ def _drive(
         collected.add(**_continued(recording, part, columns, continuity))
         if log:
             log.put(part, columns)
-        if look:
-            look(part.stop)
+        if on_progress:
+            on_progress(part.stop)
     return ReplayResult(setup=setup, **collected.whole())
 
 

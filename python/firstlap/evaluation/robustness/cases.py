@@ -269,7 +269,7 @@ class Robustness:
             seed=case.seed,
             reverse=case.reverse,
             options={**self.options, **case.sweep.conditions(case.value)},
-            look=self._look,
+            on_progress=self._check_stop,
         )
         laps = [lap.time for lap in result.laps if not lap.standing] or [lap.time for lap in result.laps]
         return Drive(
@@ -295,7 +295,7 @@ class Robustness:
         running = start_race(track, racer, self.car, laps=2, seed=case.seed, options=options)
         end = (box.s + RUN_OUT) % track.length
         while running.advance(4):
-            self._look(running)
+            self._check_stop(running)
             if 0.0 <= (running.s - end) % track.length < RUN_OUT / 2 and running.time > 1.0:
                 break
         found = running.result()
@@ -315,7 +315,7 @@ class Robustness:
             seen.clearance if seen else None,
         )
 
-    def _look(self, _running: _core.Race) -> None:
+    def _check_stop(self, _running: _core.Race) -> None:
         if self._stop.is_set():
             raise InterruptedRacesError
 

@@ -16,7 +16,7 @@ from firstlap.explain.pid import draw_pid
 from firstlap.explain.snapshot import StepSnapshot
 from firstlap.plots.primitives import save
 
-PICTURES: dict[str, Callable[[StepSnapshot], Figure]] = {
+STEP_PLOTS: dict[str, Callable[[StepSnapshot], Figure]] = {
     "local": draw_local,
     "gap": draw_gap,
     "disparity": draw_disparity,
@@ -28,7 +28,7 @@ PICTURES: dict[str, Callable[[StepSnapshot], Figure]] = {
 
 def plot_step(snapshot: StepSnapshot, path: str | Path) -> None:
     """Writes the plot of `snapshot`. Raises InputError, also for a driver without a plot."""
-    draw = PICTURES.get(snapshot.driver)
+    draw = STEP_PLOTS.get(snapshot.driver)
     if draw is None:
-        raise InputError(f"driver {snapshot.driver}: no plot of a step; expected one of {', '.join(PICTURES)}")
+        raise InputError(f"driver {snapshot.driver}: no plot of a step; expected one of {', '.join(STEP_PLOTS)}")
     save(draw(snapshot), path)
