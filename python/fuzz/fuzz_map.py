@@ -1,4 +1,4 @@
-"""Fuzzes the reader of maps: any YAML header, any image bytes, is read or refused in one line."""
+"""Fuzzes the map reader: any YAML header and any image bytes are read or refused with a one-line error."""
 
 import sys
 import tempfile
@@ -16,7 +16,7 @@ GOOD = "image: image.pgm\nresolution: 0.05\norigin: [0, 0, 0]\n"
 
 
 def attempt(read: object, *arguments: object) -> None:
-    """Calls `read`; only an InputError of one line may come out."""
+    """Calls `read`, which may only raise an InputError with a one-line message."""
     try:
         read(*arguments)  # type: ignore[operator]
     except InputError as error:
@@ -24,7 +24,7 @@ def attempt(read: object, *arguments: object) -> None:
 
 
 def one_input(data: bytes) -> None:
-    """A header, or an image beside a good header, or both."""
+    """Uses the bytes as a header, as an image with a valid header, or both."""
     provider = atheris.FuzzedDataProvider(data)
     kind = provider.ConsumeIntInRange(0, 2)
     if kind == 0:

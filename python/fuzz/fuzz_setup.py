@@ -1,4 +1,4 @@
-"""Fuzzes the readers of setup and car files: any text is read or refused in one line."""
+"""Fuzzes the readers of setup and car files: any text is read or refused with a one-line error."""
 
 import sys
 
@@ -11,7 +11,7 @@ with atheris.instrument_imports(include=["firstlap", "yaml"]):
 
 
 def one_input(data: bytes) -> None:
-    """One text, given to both readers."""
+    """Passes one text to both readers."""
     text = data.decode("utf-8", errors="ignore")
     for parse in (parse_setup, parse_car):
         try:

@@ -1,4 +1,4 @@
-"""Small recordings for the tests, written by the library that the whole ROS world reads."""
+"""Writes small recordings for the tests, with the library `rosbags`."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SPEED = 1.5
 
 
 class Entry(NamedTuple):
-    """One message: topic, its type, time of logging [ns], the message."""
+    """One message: topic, type, log time [ns], message."""
 
     topic: str
     type: str
@@ -44,7 +44,7 @@ def nanoseconds(index: int) -> int:
 
 
 def corridor(beams: int = BEAMS, width: float = 2.0, seed: int = 0) -> np.ndarray:
-    """Ranges between two walls, from the middle, with a little noise."""
+    """Ranges in the middle of a corridor, with a little noise."""
     angles = np.linspace(-0.75 * np.pi, 0.75 * np.pi, beams)
     with np.errstate(divide="ignore"):
         exact = np.minimum(0.5 * width / np.abs(np.sin(angles)), 25.0)
@@ -76,13 +76,13 @@ def odometry(time: int, speed: float, yaw_rate: float = 0.0, ros1: bool = False)
 
 
 def pose(time: int, x: float, frame: str = "map") -> Any:
-    """A geometry_msgs/PoseStamped that looks along x."""
+    """A geometry_msgs/PoseStamped with heading x."""
     there = make("geometry_msgs/msg/Point", x, 0.0, 0.0)
     return make(POSE, header(time, frame=frame), make("geometry_msgs/msg/Pose", there, quaternion(0.0, 0.0)))
 
 
 def quaternion(yaw: float, roll: float) -> Any:
-    """Rolled [rad], then turned."""
+    """Quaternion of a roll [rad] followed by a yaw [rad]."""
     (c, s), (u, a) = ((np.cos(0.5 * angle), np.sin(0.5 * angle)) for angle in (yaw, roll))
     return make("geometry_msgs/msg/Quaternion", c * a, s * a, s * u, c * u)
 
@@ -106,7 +106,7 @@ def drive(time: int, speed: float, steering_angle: float, ros1: bool = False) ->
 
 
 def entries(count: int = 60, *, ros1: bool = False, odom: bool = True, commands: bool = True) -> list[Entry]:
-    """A drive along a corridor, stamps and times of logging alike."""
+    """A drive along a corridor; stamps equal log times."""
     found = []
     for i in range(count):
         now = nanoseconds(i)
@@ -122,7 +122,7 @@ F1TENTH_SYSTEM = {
     "/scan": SCAN, "/odom": ODOM, "/drive": DRIVE, "/teleop": DRIVE, "/ackermann_drive": DRIVE,
     "/sensors/imu/raw": IMU, "/commands/motor/speed": FLOAT, "/commands/servo/position": FLOAT, "/tf_static": TF,
 }  # fmt: skip
-"""What the stack of the car's builders records, by its launch files and its mux."""
+"""Topics recorded by f1tenth_system, from its launch files and mux."""
 RACE_STACK = {
     "/scan": SCAN, "/car_state/odom": ODOM, "/car_state/odom_frenet": ODOM, "/vesc/odom": ODOM,
     "/early_fusion/odom": ODOM, "/car_state/pose": POSE, "/tracked_pose": POSE, "/initialpose": POSE,
@@ -132,11 +132,12 @@ RACE_STACK = {
     "/vesc/high_level/ackermann_cmd_mux/output": DRIVE, "/vesc/high_level/ackermann_cmd_mux/input/nav_1": DRIVE,
     "/vesc/commands/servo/position": FLOAT, "/tf_static": TF,
 }  # fmt: skip
-"""What ForzaETH's race stack records."""
+"""Topics recorded by ForzaETH's race stack."""
 
 
 def stack(topics: dict[str, str], count: int = 60) -> list[Entry]:
-    """A drive along a corridor with these topics. Each says another speed, angle or place: topics are told apart."""
+    """A drive along a corridor with these topics. Each has a different speed, angle or pose, to distinguish the
+    topics."""
     found = []
     for i in range(count):
         now = nanoseconds(i)
@@ -158,7 +159,7 @@ def stack(topics: dict[str, str], count: int = 60) -> list[Entry]:
 def as_mounted(
     recording: Recording, mounting: tuple[float, ...], folder: Path, tf: bool = True, odom: bool = True
 ) -> Path:
-    """The recording as a bag of a car whose laser is mounted so: x, y [m], yaw, roll [degrees]."""
+    """The recording as a bag of a car with this LiDAR mounting: x, y [m], yaw, roll [degrees]."""
     x, y, yaw, roll = (*mounting[:2], *np.radians(mounting[2:]))
     items = [Entry("/tf_static", TF, 0, mounted(x, y, yaw, roll))] if tf else []
     for i, (ranges, state) in enumerate(zip(recording.ranges, recording.states, strict=True)):

@@ -1,4 +1,4 @@
-"""What the tests of Python share."""
+"""Shared fixtures of the Python tests."""
 
 from __future__ import annotations
 
@@ -7,31 +7,33 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from said import Said
+from command_result import CommandResult
 
 import firstlap
 from firstlap.cli import run
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
-    # Started in the background of a shell: the processes that tests interrupt would never hear of it.
+    # A shell ignores SIGINT in background jobs; child processes that tests interrupt would inherit that.
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture
-def cli(capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Said]:
-    """Runs one command line in an empty folder."""
+def cli(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Callable[..., CommandResult]:
+    """Runs a command line in an empty folder."""
     monkeypatch.chdir(tmp_path)
 
-    def call(*arguments: object) -> Said:
+    def call(*arguments: object) -> CommandResult:
         capsys.readouterr()
         code = run([str(argument) for argument in arguments])
-        said = capsys.readouterr()
-        return Said(code, said.out, said.err)
+        ran = capsys.readouterr()
+        return CommandResult(code, ran.out, ran.err)
 
     return call
 
 
 @pytest.fixture(scope="session")
 def arena() -> firstlap.Track:
-    """Our arena."""
+    """The track arena."""
     return firstlap.load_track("arena")

@@ -1,4 +1,4 @@
-"""A race as a source of frames, stepped by hand or in a thread: for the tests of what is drawn."""
+"""A race as a source of frames for drawing tests, stepped explicitly or in a thread."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from firstlap.tracks.track import Track
 
 
 def scenery_of(track: Track) -> Scenery:
-    """Of a known track."""
+    """The scenery of a known track."""
     return Scenery(tuple(track.walls), tuple(track.visible), track.centerline)
 
 
@@ -47,17 +47,17 @@ class Racing:
 
     @property
     def setup(self) -> Setup:
-        """What drives."""
+        """The current setup."""
         return self.driving.setup
 
     loaded = setup
 
     def start(self) -> None:
-        """In real time."""
+        """Steps in real time, in a thread."""
         self._thread.start()
 
     def close(self) -> None:
-        """Ends."""
+        """Ends the thread."""
         self._done.set()
         self._thread.join()
 
@@ -66,13 +66,13 @@ class Racing:
         return self._frame
 
     def change(self, values: Mapping[str, Value]) -> None:
-        """Not asked for here."""
+        """Does nothing."""
 
     def choose(self, setup: Setup) -> None:
-        """Not asked for here."""
+        """Does nothing."""
 
     def step(self) -> Frame:
-        """One scan on."""
+        """Advances by one scan."""
         self.world.advance()
         state = self.world.measured(0)
         command = step_core(self.driving.handle.core, self.world.scan(0), state, self.world.period)

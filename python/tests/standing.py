@@ -1,4 +1,4 @@
-"""A source that stands: parameters, conditions and orders without a car, for the tests of the controls."""
+"""A source without a car, for tests of the controls: parameters, conditions and requests."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from firstlap.pitwall.frame import Frame, Pose, Scenery
 
 
 class Standing:
-    """Of a car that does as it is told and goes nowhere."""
+    """A source that records requests; its car never moves."""
 
     title = "standing"
     car: Car
@@ -29,7 +29,7 @@ class Standing:
         self.anew()
 
     def anew(self) -> None:
-        """As it was loaded."""
+        """Resets to the loaded state."""
         self.driving = Driving(load_setup("base"))
         self.loaded_setup = self.driving.setup
         self.orders: list[object] = []
@@ -37,13 +37,13 @@ class Standing:
         self.may_drive = True
 
     def start(self) -> None:
-        """Nothing."""
+        """Does nothing."""
 
     def close(self) -> None:
-        """Nothing."""
+        """Does nothing."""
 
     def latest(self) -> Frame:
-        """The next one."""
+        """A new frame."""
         self.number += 1
         return Frame(
             self.number,
@@ -60,67 +60,67 @@ class Standing:
 
     @property
     def setup(self) -> Setup:
-        """What drives."""
+        """The current setup."""
         return self.driving.setup
 
     @property
     def loaded(self) -> Setup:
-        """What was loaded."""
+        """The loaded setup."""
         return self.loaded_setup
 
     def change(self, values: Mapping[str, Value]) -> None:
-        """As a real one."""
+        """As in a real source."""
         with self._lock:
             self.driving.change(values)
             self.changes.append(dict(values))
 
     def choose(self, setup: Setup) -> None:
-        """As a real one."""
+        """As in a real source."""
         with self._lock:
             self.driving = Driving(setup)
             self.loaded_setup = setup
 
 
 class StandingCar(Standing):
-    """That is driven and simulated."""
+    """A source that drives and simulates."""
 
     conditions = FieldTable(row for row in _core.Car.fields() if row["section"] == "sensors")
 
     def anew(self) -> None:
-        """As it was loaded."""
+        """Resets to the loaded state."""
         super().anew()
         self.values = {field.key: field.default for field in self.conditions.fields}
 
     def stop(self) -> None:
-        """Counted."""
+        """Counts the calls."""
         self.may_drive = False
         self.orders.append("stop")
 
     def go(self) -> None:
-        """Counted."""
+        """Counts the calls."""
         self.may_drive = True
         self.orders.append("go")
 
     def condition(self, name: str) -> Value:
-        """One of them."""
+        """The value of a condition."""
         return self.values[self.conditions.find(name, "conditions").key]
 
     def set_condition(self, name: str, value: Value) -> None:
-        """Checked against the table."""
+        """Sets a condition, checked by the table."""
         field = self.conditions.find(name, "conditions")
         self.values[field.key] = self.conditions.check(field, value, "conditions")
 
     def restart(self) -> None:
-        """Counted."""
+        """Counts the calls."""
         self.orders.append("restart")
 
     def place(self, pose: Pose) -> None:
-        """Counted."""
+        """Counts the calls."""
         self.orders.append(pose)
 
 
 class StandingTape(Standing):
-    """That is wound."""
+    """A source that plays."""
 
     scans = 500
 
@@ -131,17 +131,17 @@ class StandingTape(Standing):
         self.pace = 1.0
 
     def play(self) -> None:
-        """Runs, in principle."""
+        """Sets the state to playing."""
         self.playing = True
 
     def pause(self) -> None:
-        """Stands."""
+        """Sets the state to paused."""
         self.playing = False
 
     def seek(self, scan: int) -> None:
-        """Within what there is."""
+        """Jumps to a scan, clamped to the valid range."""
         self.scan = min(max(scan, 0), self.scans - 1)
 
     def set_pace(self, pace: float) -> None:
-        """Times real time."""
+        """Sets the playback speed."""
         self.pace = pace

@@ -1,4 +1,4 @@
-"""The package as people use it from Python."""
+"""The public Python API."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ STEERING_LIMIT = 0.4189
 
 
 def corridor(width: float = 2.0, beams: int = 1081) -> np.ndarray:
-    """Ranges between two parallel walls, seen from the middle."""
+    """Ranges in the middle between two parallel walls."""
     angles = np.linspace(-0.75 * math.pi, 0.75 * math.pi, beams)
     with np.errstate(divide="ignore"):
         return np.minimum(0.5 * width / np.abs(np.sin(angles)), 30.0).astype(np.float32)
@@ -132,7 +132,7 @@ def test_any_scan_and_state_give_a_finite_limited_command(ranges, speed, yaw_rat
 
 
 def test_races_release_the_interpreter(arena):
-    """Another thread goes on while a race is driven in one call."""
+    """Another thread keeps running while a race is driven in one call."""
     racer = firstlap.Racer("base")
     running = firstlap.race.__globals__["start_race"](arena, racer, firstlap.load_car("default"), laps=1000)
     counted = 0

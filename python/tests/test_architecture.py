@@ -1,4 +1,4 @@
-"""docs/architecture.md says what the build says."""
+"""docs/architecture.md agrees with the build."""
 
 import re
 from pathlib import Path

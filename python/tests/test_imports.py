@@ -1,4 +1,4 @@
-"""Everything that tests, scripts and fuzzers import from firstlap is there; mypy reads the package alone."""
+"""All names that tests, scripts and fuzzers import from firstlap exist; mypy only checks the package."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ FILES = sorted(
 
 
 def imported(path: Path) -> set[tuple[str, str]]:
-    """(module, name) of every `from firstlap... import ...`, inside of functions too."""
+    """(module, name) of every `from firstlap... import ...`, also inside functions."""
     nodes = (node for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))) if isinstance(node, ast.ImportFrom))
     return {
         (node.module, name.name)
@@ -26,7 +26,7 @@ def imported(path: Path) -> set[tuple[str, str]]:
 
 
 def is_there(module: str, name: str) -> bool:
-    """Also where another package that it needs is not installed."""
+    """Whether the name exists; also true if a dependency is not installed."""
     try:
         if hasattr(importlib.import_module(module), name):
             return True

@@ -1,4 +1,4 @@
-"""The list of mutants stays true to the sources: cpp/mutants/mutants.yaml, scripts/mutants.py, docs/mutants.md."""
+"""The list of mutants matches the sources: cpp/mutants/mutants.yaml, scripts/mutants.py, docs/mutants.md."""
 
 import importlib.util
 import sys

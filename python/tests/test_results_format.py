@@ -1,4 +1,4 @@
-"""Names and types of what races, steps and logs give out: scripts of users read them, so that they do not change."""
+"""Names and types in results of races, steps and logs, which users' scripts rely on."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ LOG = {
 
 
 def driven(driver: str, scans: int = 60, logged: bool = False) -> tuple[_core.Race, Any, Any]:
-    """A race under way, what drives it and its log."""
+    """A running race, its driver and its log."""
     car, setup = load_car("default"), choose_setup(driver, None)
     handle = driver_kind(driver).make(setup.params(car.core), car, Preparation())
     log = _core.LoggedDriver(handle.core) if logged else None

@@ -1,4 +1,4 @@
-"""A viewer without a browser: speaks to the pit wall over a real websocket as its page does."""
+"""A viewer without a browser: talks to the pit wall over a real WebSocket like its page."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def served(authenticator: Authenticator, host: str = "127.0.0.1", port: int = 0)
 
 
 def get(authenticator: Authenticator, path: str = "/", **headers: str) -> tuple[int, str, dict[str, str]]:
-    """Status, text and headers of a page; Host=... replaces the header."""
+    """Status, text and headers of a page; Host=... replaces that header."""
     connection = http.client.HTTPConnection("127.0.0.1", authenticator.port, timeout=5)
     connection.putrequest("GET", path, skip_host="Host" in headers)
     for name, value in headers.items():
@@ -54,7 +54,7 @@ def get(authenticator: Authenticator, path: str = "/", **headers: str) -> tuple[
 
 
 class Viewer:
-    """One that has come in."""
+    """A connected viewer."""
 
     def __init__(
         self, authenticator: Authenticator, cookie: str = "", origin: str | None = "", query: str = ""
@@ -72,20 +72,20 @@ class Viewer:
         )
 
     def say(self, **message: Any) -> None:
-        """One message, as viser's client packs it."""
+        """Sends a message, packed like viser's client."""
         self.connection.send(msgspec.msgpack.encode(message))
 
     def enter(self) -> Viewer:
-        """viser counts a viewer from its first camera on."""
+        """Sends the first camera, from which on viser counts the viewer."""
         self.say(**CAMERA)
         return self
 
     def update(self, uuid: str, value: object) -> None:
-        """A control is moved."""
+        """Changes the value of a control."""
         self.say(type="GuiUpdateMessage", uuid=uuid, updates={"value": value})
 
     def heard(self, seconds: float) -> list[dict[str, Any]]:
-        """The messages that come within that time."""
+        """The messages received within that time."""
         messages: list[dict[str, Any]] = []
         end = time.monotonic() + seconds
         while (left := end - time.monotonic()) > 0:
@@ -100,12 +100,12 @@ class Viewer:
         return messages
 
     def close(self) -> None:
-        """Goes."""
+        """Disconnects."""
         self.connection.close()
 
 
 def wait_until(condition: Callable[[], bool], seconds: float = 60.0) -> None:
-    """Raises AssertionError where it does not come true."""
+    """Waits for a condition. Raises AssertionError on a timeout."""
     end = time.monotonic() + seconds
     while not condition():
         assert time.monotonic() < end, "waited in vain"

@@ -1,4 +1,4 @@
-"""The command line: what it prints where, and its exit codes."""
+"""The command line: output streams and exit codes."""
 
 from __future__ import annotations
 
@@ -38,22 +38,22 @@ LAP_KEYS = {"time", "distance", "mean_speed", "max_speed", "min_clearance", "rms
 
 
 def test_race_prints_one_json_object_and_nothing_else(cli):
-    said = cli("race", "oval", "--setup", "base", "--laps", 2, "--json")
-    assert said.code == 0
-    assert said.err == ""
-    assert set(said.json) == RACE_KEYS
-    assert [set(lap) for lap in said.json["laps"]] == [LAP_KEYS, LAP_KEYS]
-    assert [lap["standing"] for lap in said.json["laps"]] == [True, False]
-    assert said.json["outcome"] == "finished"
-    assert said.json["best"] == min(lap["time"] for lap in said.json["laps"])
-    assert set(said.json["compute"]) == {"p50", "p99", "max"}
+    ran = cli("race", "oval", "--setup", "base", "--laps", 2, "--json")
+    assert ran.code == 0
+    assert ran.err == ""
+    assert set(ran.json) == RACE_KEYS
+    assert [set(lap) for lap in ran.json["laps"]] == [LAP_KEYS, LAP_KEYS]
+    assert [lap["standing"] for lap in ran.json["laps"]] == [True, False]
+    assert ran.json["outcome"] == "finished"
+    assert ran.json["best"] == min(lap["time"] for lap in ran.json["laps"])
+    assert set(ran.json["compute"]) == {"p50", "p99", "max"}
 
 
 def test_race_prints_a_table_and_writes_a_picture(cli):
-    said = cli("race", "oval", "--setup", "base", "--laps", 1, "--plot", "a.png")
-    assert said.code == 0
-    assert "standing start" in said.out
-    assert "a.png" in said.out
+    ran = cli("race", "oval", "--setup", "base", "--laps", 1, "--plot", "a.png")
+    assert ran.code == 0
+    assert "standing start" in ran.out
+    assert "a.png" in ran.out
     assert Path("a.png").read_bytes().startswith(PNG)
     assert [path.name for path in Path().iterdir()] == ["a.png"]
 
@@ -69,49 +69,49 @@ def test_the_same_seed_gives_the_same_json(cli):
 
 
 def test_race_that_touches_a_wall_exits_1_and_says_where(cli):
-    said = cli(
+    ran = cli(
         "race", "arena", "--setup", "race", "--set", "a_y_max=15", "--set", "v_min=8", "--set", "v_max=15", "--json"
     )
-    assert said.code == 1
-    assert said.json["outcome"] == "contact"
-    assert set(said.json["contact"]) == {"time", "x", "y", "s", "obstacle"}
+    assert ran.code == 1
+    assert ran.json["outcome"] == "contact"
+    assert set(ran.json["contact"]) == {"time", "x", "y", "s", "obstacle"}
 
 
 def test_set_takes_short_and_long_names(cli):
-    said = cli(
+    ran = cli(
         "race", "oval", "--setup", "base", "--laps", 1, "--set", "k_ang=0.5", "--set", "stanley.k_dist=1", "--json"
     )
-    assert said.json["set"] == {"stanley.k_ang": 0.5, "stanley.k_dist": 1.0}
+    assert ran.json["set"] == {"stanley.k_ang": 0.5, "stanley.k_dist": 1.0}
 
 
 def test_reverse_drives_the_other_way_round(cli):
-    said = cli("race", "arena", "--setup", "base", "--laps", 1, "--reverse", "--json")
-    assert said.json["direction"] == "reverse"
+    ran = cli("race", "arena", "--setup", "base", "--laps", 1, "--reverse", "--json")
+    assert ran.json["direction"] == "reverse"
 
 
 def test_survey_counts_races(cli):
-    said = cli("survey", "oval", "random:1-2", "--setup", "base", "--laps", 1, "--seeds", 2, "--both", "--json")
-    assert [track["track"] for track in said.json["tracks"]] == ["oval", "random:1", "random:2"]
-    assert said.json["runs"] == 12
-    oval = said.json["tracks"][0]
+    ran = cli("survey", "oval", "random:1-2", "--setup", "base", "--laps", 1, "--seeds", 2, "--both", "--json")
+    assert [track["track"] for track in ran.json["tracks"]] == ["oval", "random:1", "random:2"]
+    assert ran.json["runs"] == 12
+    oval = ran.json["tracks"][0]
     assert (oval["runs"], oval["finished"], oval["success_rate"], oval["failures"]) == (4, 4, 1.0, [])
     assert oval["best"] <= oval["median"]
     assert oval["min_clearance"] > 0.0
-    assert said.code == (0 if said.json["finished"] == 12 else 1)
+    assert ran.code == (0 if ran.json["finished"] == 12 else 1)
 
 
 def test_survey_tells_its_failures(cli):
-    said = cli("survey", "arena", "--setup", "race", "--set", "v_min=8", "--set", "a_y_max=15", "--seeds", 1, "--json")
-    assert said.code == 1
-    failure = said.json["tracks"][0]["failures"][0]
+    ran = cli("survey", "arena", "--setup", "race", "--set", "v_min=8", "--set", "a_y_max=15", "--seeds", 1, "--json")
+    assert ran.code == 1
+    failure = ran.json["tracks"][0]["failures"][0]
     assert failure["outcome"] == "contact"
     assert failure["seed"] == 1
 
 
 def test_survey_prints_a_table(cli):
-    said = cli("survey", "oval", "--setup", "base", "--laps", 1, "--seeds", 1)
-    assert said.code == 0
-    assert "1/1" in said.out
+    ran = cli("survey", "oval", "--setup", "base", "--laps", 1, "--seeds", 1)
+    assert ran.code == 0
+    assert "1/1" in ran.out
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals")
@@ -141,22 +141,22 @@ def test_interrupted_survey_prints_what_is_finished():
 
 
 def test_explain_draws_a_step_of_a_race(cli):
-    said = cli("explain", "arena", "--at", 12.5, "--setup", "base")
-    assert said.code == 0
+    ran = cli("explain", "arena", "--at", 12.5, "--setup", "base")
+    assert ran.code == 0
     assert Path("explain.png").read_bytes().startswith(PNG)
 
 
 def test_explain_draws_the_last_step_of_a_race_that_ended(cli):
-    said = cli("explain", "arena", "--at", 45, "--setup", "race", "--set", "v_min=8", "--set", "a_y_max=15")
-    assert said.code == 0
-    assert "contact" in said.out
+    ran = cli("explain", "arena", "--at", 45, "--setup", "race", "--set", "v_min=8", "--set", "a_y_max=15")
+    assert ran.code == 0
+    assert "contact" in ran.out
 
 
 def test_check_prints_the_rules_and_warns(cli):
     assert "no warnings" in cli("check", "base").out
-    said = cli("check", "race")
-    assert said.code == 0
-    assert "warning" in said.out
+    ran = cli("check", "race")
+    assert ran.code == 0
+    assert "warning" in ran.out
 
 
 def test_check_rules_by_their_numbers(cli):
@@ -224,10 +224,10 @@ BAD = {
 
 @pytest.mark.parametrize("arguments", BAD.values(), ids=BAD.keys())
 def test_bad_input_is_one_line_and_exit_2(cli, arguments):
-    said = cli(*arguments)
-    assert said.code == 2
-    assert said.out == ""
-    assert re.fullmatch(r"error: .+\n", said.err)
+    ran = cli(*arguments)
+    assert ran.code == 2
+    assert ran.out == ""
+    assert re.fullmatch(r"error: .+\n", ran.err)
     assert not list(Path().iterdir())
 
 
@@ -237,9 +237,9 @@ def test_unknown_name_tells_the_nearest(cli):
 
 
 def test_out_of_range_tells_name_value_and_range(cli):
-    said = cli("race", "arena", "--setup", "base", "--set", "k_ang=99")
+    ran = cli("race", "arena", "--setup", "base", "--set", "k_ang=99")
     for word in ("stanley.k_ang", "99", "0 to 2"):
-        assert word in said.err
+        assert word in ran.err
 
 
 def test_a_picture_that_cannot_be_written_leaves_the_old_one(cli, monkeypatch):
@@ -249,14 +249,14 @@ def test_a_picture_that_cannot_be_written_leaves_the_old_one(cli, monkeypatch):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("matplotlib.figure.Figure.savefig", broken)
-    said = cli("race", "oval", "--setup", "base", "--laps", 1, "--plot", "a.png")
-    assert said.code == 2
-    assert "No space left" in said.err
+    ran = cli("race", "oval", "--setup", "base", "--laps", 1, "--plot", "a.png")
+    assert ran.code == 2
+    assert "No space left" in ran.err
     assert [(path.name, path.read_text()) for path in Path().iterdir()] == [("a.png", "old")]
 
 
 def readme_blocks(language: str) -> list[str]:
-    """Code blocks of the README."""
+    """The code blocks of the README."""
     return re.findall(rf"```{language}\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
 
 
@@ -295,17 +295,17 @@ def test_generated_pages_are_current():
 def test_a_key_that_stands_twice_in_a_track_is_refused(cli, tmp_path):
     track = tmp_path / "twice.yaml"
     track.write_text("name: a\nname: b\n")
-    said = cli("race", track)
-    assert said.code == 2
-    assert "'name' is given twice" in said.err
+    ran = cli("race", track)
+    assert ran.code == 2
+    assert "'name' is given twice" in ran.err
 
 
 def test_brackets_without_end_are_refused_at_once(cli, tmp_path):
     setup = tmp_path / "nested.yaml"
     setup.write_text("[" * 20_000)
-    said = cli("check", setup)
-    assert said.code == 2
-    assert "nested" in said.err
+    ran = cli("check", setup)
+    assert ran.code == 2
+    assert "nested" in ran.err
 
 
 def test_a_track_may_be_named_like_markup_or_mathematics(cli, tmp_path):
@@ -314,9 +314,9 @@ def test_a_track_may_be_named_like_markup_or_mathematics(cli, tmp_path):
     track = tmp_path / "odd.yaml"
     track.write_text("\n".join(named))
     picture = tmp_path / "a[red].png"
-    said = cli("race", track, "--laps", 1, "--plot", picture)
-    assert said.code == 0, said.err
-    assert "[bold]x[/foo]" in said.out
+    ran = cli("race", track, "--laps", 1, "--plot", picture)
+    assert ran.code == 0, ran.err
+    assert "[bold]x[/foo]" in ran.out
     assert picture.exists()
 
 
@@ -338,8 +338,8 @@ def test_a_survey_calls_a_map_by_its_files_name_and_one_seed_one_seed(cli, tmp_p
     track = tmp_path / "a_folder_of_a_very_long_name" / "mine.yaml"
     track.parent.mkdir()
     track.write_text((ROOT / "tracks" / "oval.yaml").read_text())
-    said = cli("survey", track, "--laps", 1, "--seeds", 1)
-    assert "1 lap, 1 seed" in said.out
-    assert "1 of 1 race finished" in said.out
-    assert "very_long_name" not in said.out
-    assert "mine" in said.out
+    ran = cli("survey", track, "--laps", 1, "--seeds", 1)
+    assert "1 lap, 1 seed" in ran.out
+    assert "1 of 1 race finished" in ran.out
+    assert "very_long_name" not in ran.out
+    assert "mine" in ran.out

@@ -1,4 +1,4 @@
-"""A disk that is full: one line, and nothing half-written. Files may not grow here, as on a disk without room."""
+"""A full disk: a one-line error and no incomplete files. Simulated by a limit on file sizes."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from said import Said
+from command_result import CommandResult
 
 resource = pytest.importorskip("resource", reason="limits of processes are POSIX's")
 WITH_EXTRAS = all(importlib.util.find_spec(name) for name in ("optuna", "gtsam", "casadi"))
@@ -28,7 +28,7 @@ NEED_EXTRAS = ("map", "line", "tune", "global")
 
 
 def without_room(folder: Path, most: int, *arguments: str) -> subprocess.CompletedProcess[str]:
-    """A command that may write files of at most so many bytes."""
+    """Runs a command with a limit on the size of files [bytes]."""
     limit = f"import resource; resource.setrlimit(resource.RLIMIT_FSIZE, ({most}, {most}))"
     script = f"{limit}\nfrom firstlap_command import main; main()"
     return subprocess.run(
@@ -38,7 +38,7 @@ def without_room(folder: Path, most: int, *arguments: str) -> subprocess.Complet
             "PATH": "/usr/bin:/bin",
             "HOME": str(folder),
             "FIRSTLAP_CACHE": str(folder / "cache"),
-            "PYTHONDONTWRITEBYTECODE": "1",  # else Python keeps half of what it compiles
+            "PYTHONDONTWRITEBYTECODE": "1",  # otherwise Python keeps truncated bytecode files
         },
         capture_output=True,
         text=True,
@@ -48,7 +48,7 @@ def without_room(folder: Path, most: int, *arguments: str) -> subprocess.Complet
 
 @contextmanager
 def little_room(most: int) -> Iterator[None]:
-    """This process may write files of at most so many bytes."""
+    """Limits the size of files that this process may write [bytes]."""
     usual = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (most, usual[1]))
     try:
@@ -58,10 +58,10 @@ def little_room(most: int) -> Iterator[None]:
 
 
 def assert_one_line_and_nothing_half_written(folder: Path, most: int, code: int, err: str) -> None:
-    said = [line for line in err.splitlines() if line.startswith("error:")]
+    output = [line for line in err.splitlines() if line.startswith("error:")]
     assert code == 2, err
-    assert len(said) == 1, err
-    assert "cannot be written" in said[0] or "cannot be made" in said[0]
+    assert len(output) == 1, err
+    assert "cannot be written" in output[0] or "cannot be made" in output[0]
     assert "Traceback" not in err
     whole = [file for file in folder.rglob("*") if file.is_file() and "matplotlib" not in str(file)]
     assert [file.name for file in whole if file.suffix != ".db" and file.stat().st_size >= most] == []
@@ -70,17 +70,17 @@ def assert_one_line_and_nothing_half_written(folder: Path, most: int, code: int,
 
 @pytest.mark.parametrize(("name", "most"), [*((name, 3000) for name in COMMANDS), ("plot", 0), ("tune", 0)])
 def test_a_full_disk_is_one_line_and_leaves_nothing_half_written(
-    cli: Callable[..., Said], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, most: int
+    cli: Callable[..., CommandResult], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, most: int
 ) -> None:
     if name in NEED_EXTRAS and not WITH_EXTRAS:
         pytest.skip("the extras 'global' and 'tune' are not installed")
     import matplotlib.pyplot  # noqa: F401  # it has its list of fonts before there is no room for one
 
-    monkeypatch.setattr(sys, "dont_write_bytecode", True)  # else Python keeps half of what it compiles
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)  # otherwise Python keeps truncated bytecode files
     monkeypatch.setenv("FIRSTLAP_CACHE", str(tmp_path / "cache"))
     with little_room(most):
-        said = cli(*COMMANDS[name])
-    assert_one_line_and_nothing_half_written(tmp_path, most, said.code, said.err)
+        ran = cli(*COMMANDS[name])
+    assert_one_line_and_nothing_half_written(tmp_path, most, ran.code, ran.err)
 
 
 def test_a_full_disk_is_one_line_of_a_whole_process(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""The gallery of hard cases: its pictures, and the tests that it names."""
+"""The gallery of hard cases: its plots, and the tests that it names."""
 
 from __future__ import annotations
 

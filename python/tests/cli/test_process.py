@@ -1,4 +1,4 @@
-"""The command as a process of its own: Ctrl-C at any moment, readers that go away, terminals that know ASCII only."""
+"""The command in a separate process: Ctrl-C at any time, closed pipes, ASCII-only terminals."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ pytestmark = pytest.mark.skipif(not Path("/proc/self/maps").exists(), reason="re
 
 
 def start(folder: Path, *arguments: str, first: str = "") -> subprocess.Popen[str]:
-    """The command as its script runs it, after the line `first`."""
+    """Starts the command like its console script, after the line `first`."""
     script = f"{first}\nfrom firstlap_command import main; main()"
     return subprocess.Popen(
         [sys.executable, "-c", script, *arguments],
@@ -31,7 +31,7 @@ def start(folder: Path, *arguments: str, first: str = "") -> subprocess.Popen[st
 
 
 def wait_for_library(process: subprocess.Popen[str], name: str) -> None:
-    """Until the process has loaded a shared library called so."""
+    """Waits until the process has loaded a shared library of this name."""
     deadline = time.monotonic() + PATIENCE
     while name not in Path(f"/proc/{process.pid}/maps").read_text():
         assert process.poll() is None, "ended too early"
@@ -40,7 +40,7 @@ def wait_for_library(process: subprocess.Popen[str], name: str) -> None:
 
 
 def interrupted(process: subprocess.Popen[str]) -> str:
-    """Sends Ctrl-C; returns standard output after looking at the rest."""
+    """Sends Ctrl-C and checks the result; returns standard output."""
     process.send_signal(signal.SIGINT)
     out, err = process.communicate(timeout=PATIENCE)
     assert process.returncode == 130, err
@@ -83,12 +83,12 @@ for target, unbuffered, arguments in json.loads(sys.argv[1]):
     codes.append(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
 print(json.dumps(codes))
 """
-"""Runs commands, each a process, after importing everything once. Standard output goes to a file, or to a reader that
-has gone; what writes to /dev/null is interrupted after a moment."""
+"""Runs commands in forked processes, after importing everything once. Standard output goes to a file or a closed pipe;
+commands that write to /dev/null are interrupted after a moment."""
 
 
 def forked(folder: Path, *commands: tuple[str, bool, tuple[str, ...]]) -> tuple[list[int], str]:
-    """Exit codes of (target, unbuffered, arguments), and what all of them said on standard error."""
+    """Exit codes of (target, unbuffered, arguments), and their joint standard error."""
     done = subprocess.run(
         [sys.executable, "-c", FORKS, json.dumps(commands)], capture_output=True, text=True, check=True, cwd=folder
     )
@@ -102,9 +102,9 @@ def test_ctrl_c_while_it_works_is_one_line_and_leaves_no_file(tmp_path: Path) ->
         ("explain", "oval", "--at", "2900"),
         ("bench", "arena"),
     )
-    codes, said = forked(tmp_path, *(("/dev/null", False, command) for command in commands))
-    assert codes == [130] * len(commands), said
-    assert re.fullmatch(r"(error: interrupted.*\n){4}", said)
+    codes, output = forked(tmp_path, *(("/dev/null", False, command) for command in commands))
+    assert codes == [130] * len(commands), output
+    assert re.fullmatch(r"(error: interrupted.*\n){4}", output)
     assert not list(tmp_path.iterdir())
 
 
@@ -120,9 +120,9 @@ def test_a_reader_that_has_gone_ends_every_command_quietly_with_141(tmp_path: Pa
 
 
 def test_a_full_disk_is_one_line(tmp_path: Path) -> None:
-    codes, said = forked(tmp_path, *(("/dev/full", unbuffered, ("check", "base")) for unbuffered in (False, True)))
+    codes, output = forked(tmp_path, *(("/dev/full", unbuffered, ("check", "base")) for unbuffered in (False, True)))
     assert codes == [2, 2]
-    assert said == 2 * "error: output: No space left on device\n"
+    assert output == 2 * "error: output: No space left on device\n"
 
 
 def test_a_terminal_that_knows_ascii_only_gets_readable_text(tmp_path: Path) -> None:
@@ -150,7 +150,7 @@ def test_a_terminal_that_knows_ascii_only_gets_readable_text(tmp_path: Path) -> 
 
 @pytest.mark.parametrize("closed", ["2>&-", "2>/dev/full", "2>&- <&-"])
 def test_who_does_not_listen_to_remarks_changes_nothing(tmp_path: Path, closed: str) -> None:
-    """The race writes a log, which must not get what was meant for stderr."""
+    """The race writes a log, which must not get the output for stderr."""
     (tmp_path / "ring.csv").write_text(
         "\n".join(f"{30 * math.cos(a / 20)},{30 * math.sin(a / 20)},6,6" for a in range(126))
     )
@@ -174,11 +174,12 @@ def test_two_logs_in_one_file_are_refused(tmp_path: Path) -> None:
         assert first.poll() is None and time.monotonic() < deadline
         time.sleep(0.02)
     second = start(tmp_path, "race", "oval", "--laps", "1", "--record", "race.mcap")
-    _, said = second.communicate(timeout=PATIENCE)
+    _, output = second.communicate(timeout=PATIENCE)
     assert second.returncode == 2
-    assert said == "error: race.mcap: is being written by another process; expected another file name\n"
+    assert output == "error: race.mcap: is being written by another process; expected another file name\n"
     first.kill()
     first.communicate(timeout=PATIENCE)
-    third = start(tmp_path, "race", "oval", "--laps", "1", "--record", "race.mcap")  # the lock died with its holder
+    # The lock was released with its process.
+    third = start(tmp_path, "race", "oval", "--laps", "1", "--record", "race.mcap")
     third.communicate(timeout=PATIENCE)
     assert third.returncode == 0

@@ -1,4 +1,4 @@
-"""Files from outside: folders, devices, and recordings that no LiDAR gives."""
+"""Invalid input files: folders, devices, and implausible recordings."""
 
 from __future__ import annotations
 
@@ -34,15 +34,15 @@ def test_a_folder_in_the_place_of_a_file_is_called_one(cli, arguments):
     for name in ("folder", "folder.png"):
         Path(name).mkdir()
     Path("map.yaml").write_text("image: folder\nresolution: 0.05\norigin: [0, 0, 0]\n")
-    said = cli(*arguments)
-    assert (said.code, said.out) == (2, "")
-    assert re.fullmatch(r"error: \S+: (is a|the) folder.+\n", said.err)
+    ran = cli(*arguments)
+    assert (ran.code, ran.out) == (2, "")
+    assert re.fullmatch(r"error: \S+: (is a|the) folder.+\n", ran.err)
 
 
 def test_a_device_is_not_read(cli):
-    said = cli("race", "/dev/zero")
-    assert (said.code, said.out) == (2, "")
-    assert "is a device or a pipe" in said.err
+    ran = cli("race", "/dev/zero")
+    assert (ran.code, ran.out) == (2, "")
+    assert "is a device or a pipe" in ran.err
 
 
 @pytest.mark.parametrize(
@@ -58,9 +58,9 @@ def test_a_device_is_not_read(cli):
 )
 def test_a_recording_that_cannot_be_is_refused_in_one_line(cli, changes, says):
     np.savez("scans.npz", **{**GOOD, **changes})
-    said = cli("explain", "--scan", "scans.npz", "--setup", "base")
-    assert (said.code, said.out) == (2, "")
-    assert re.fullmatch(rf"error: scans\.npz: {says}.*\n", said.err)
+    ran = cli("explain", "--scan", "scans.npz", "--setup", "base")
+    assert (ran.code, ran.out) == (2, "")
+    assert re.fullmatch(rf"error: scans\.npz: {says}.*\n", ran.err)
     assert not Path("explain.png").exists()
 
 
@@ -74,17 +74,17 @@ def test_a_recording_that_cannot_be_is_refused_in_one_line(cli, changes, says):
 )
 def test_wrong_stamps_are_mended_and_said(cli, changes, says):
     np.savez("scans.npz", **{**GOOD, **changes})
-    said = cli("explain", "--scan", "scans.npz", "--setup", "base")
-    assert said.code == 0
-    assert says in said.err
+    ran = cli("explain", "--scan", "scans.npz", "--setup", "base")
+    assert ran.code == 0
+    assert says in ran.err
 
 
 @pytest.mark.parametrize("speed", ["nan", "inf", "-inf", "1e6"])
 def test_a_speed_that_cannot_be_is_refused(cli, speed):
     np.savez("scans.npz", **GOOD)
-    said = cli("explain", "--scan", "scans.npz", f"--speed={speed}")
-    assert (said.code, said.out) == (2, "")
-    assert "--speed" in said.err
+    ran = cli("explain", "--scan", "scans.npz", f"--speed={speed}")
+    assert (ran.code, ran.out) == (2, "")
+    assert "--speed" in ran.err
 
 
 def test_a_good_recording_with_lost_beams_is_explained(cli):

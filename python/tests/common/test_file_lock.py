@@ -1,4 +1,4 @@
-"""Files that one process at a time may write."""
+"""Locks of files that only one process at a time may write."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from firstlap.recordings.write import _open_alone
 
 def test_a_held_lock_is_refused_and_one_that_a_dead_process_left_is_not(tmp_path: Path) -> None:
     file = tmp_path / "a.db"
-    (tmp_path / ".a.db.key.lock").touch()  # as a process that was killed leaves it
+    (tmp_path / ".a.db.key.lock").touch()  # as left by a killed process
     with locked(file, "key", "busy"):
         with pytest.raises(InputError, match="busy"), locked(file, "key", "busy"):
             pass

@@ -1,4 +1,4 @@
-"""Text for people."""
+"""Formatting of text for output."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def test_nothing_has_no_minus():
 
 
 @pytest.mark.parametrize(
-    ("value", "spec", "said"), [(0.27, "g", "0.27 m ahead"), (-0.1, ".2f", "0.10 m behind"), (0.0, "g", "0 m ahead")]
+    ("value", "spec", "text"), [(0.27, "g", "0.27 m ahead"), (-0.1, ".2f", "0.10 m behind"), (0.0, "g", "0 m ahead")]
 )
-def test_a_distance_has_a_side_and_no_sign(value: float, spec: str, said: str) -> None:
-    assert to_side(value, "ahead", "behind", spec) == said
+def test_a_distance_has_a_side_and_no_sign(value: float, spec: str, text: str) -> None:
+    assert to_side(value, "ahead", "behind", spec) == text

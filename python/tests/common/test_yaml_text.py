@@ -1,4 +1,4 @@
-"""YAML from outside: what PyYAML raises, drowns in, or silently drops is one line."""
+"""Untrusted YAML: whatever PyYAML raises, is slow at, or silently drops becomes a one-line error."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from firstlap.common.errors import InputError
 from firstlap.common.yaml_text import MAX_NODES, MAX_SCALAR, parse_mapping
 
 QUICK = 8.0
-"""[s] of CPU: what took minutes."""
+"""[s] CPU time limit, for input that took minutes before."""
 TAGS = (
     "float",
     "int",
@@ -53,9 +53,9 @@ def test_a_tag_that_does_not_fit_its_value_is_one_line(tag: str, value: str) -> 
 )
 def test_a_value_that_is_no_number_is_refused_in_one_line(cli, name: str, text: str, command, value: str) -> None:
     Path(name).write_text(text.format(value))
-    said = cli(*command)
-    assert (said.code, said.out, said.err.count("\n")) == (2, "", 1), said.err
-    assert name in said.err
+    ran = cli(*command)
+    assert (ran.code, ran.out, ran.err.count("\n")) == (2, "", 1), ran.err
+    assert name in ran.err
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Any planar LiDAR: every preset laps, and where a scan begins does not matter."""
+"""Planar LiDARs: all presets complete laps, and the first beam's direction does not matter."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ WAYS = {
 
 
 def full_turn(**changes: Any) -> Car:
-    """The default car with a full turn of beams, begun behind it unless changed."""
+    """The default car with a 360° LiDAR whose scans start behind the car by default."""
     core = _core.Car.preset("default")
     for name, value in {**FULL_TURN, **changes}.items():
         core.set("lidar", name, value)
@@ -51,7 +51,7 @@ def test_every_driver_laps_wherever_the_scan_begins(setup: str, way: str) -> Non
 
 @pytest.mark.parametrize("setup", SETUPS)
 def test_the_seam_itself_changes_no_lap(setup: str) -> None:
-    """Of one moment and without noise: what remains is the last digit of an angle."""
+    """A scan without sweep time and noise, so that only rounding errors of angles remain."""
     quiet = {"sweep_time": 0.0, "noise_sigma": 0.0, "dropout_rate": 0.0}
     track = firstlap.load_track("oval")
     usual = firstlap.race(track, setup, full_turn(**quiet), laps=1)
@@ -79,9 +79,9 @@ def test_a_lidar_file_says_what_is_wrong(tmp_path, cli) -> None:
     path.write_text("vehicle:\n  mass: 3\n")
     with pytest.raises(InputError, match=r"vehicle.mass is not a LiDAR parameter"):
         with_lidar(load_car("default"), path)
-    said = cli("race", "oval", "--lidar", "nosuch")
-    assert said.code == 2
-    assert "no such LiDAR" in said.err
+    ran = cli("race", "oval", "--lidar", "nosuch")
+    assert ran.code == 2
+    assert "no such LiDAR" in ran.err
 
 
 def test_a_lidar_replaces_all_of_the_cars_own() -> None:
@@ -91,7 +91,7 @@ def test_a_lidar_replaces_all_of_the_cars_own() -> None:
 
 
 def a_scan(**changes: Any) -> _core.LaserScan:
-    """A good scan."""
+    """A valid scan."""
     ranges = np.full(1081, 2.0, dtype=np.float32)
     header = {"angle_min": -2.356, "angle_increment": 4.712 / 1080, "time_increment": 1.7e-5, "range_min": 0.05}
     return _core.LaserScan(**{"ranges": ranges, **header, "range_max": 30.0, **changes})

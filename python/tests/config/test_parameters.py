@@ -1,4 +1,4 @@
-"""Messages of a field table: of the section that was meant, and of the type that is wanted."""
+"""Error messages of a field table: the intended section and the expected type."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Setup and car files: what they may hold, and what is said where they don't."""
+"""Setup and car files: valid content, and error messages for invalid content."""
 
 from __future__ import annotations
 
@@ -206,9 +206,9 @@ BAD = {
 }
 
 
-@pytest.mark.parametrize(("text", "said"), BAD.values(), ids=BAD.keys())
-def test_bad_files_are_refused_with_file_name_and_reason(text, said):
-    with pytest.raises(InputError, match=said) as caught:
+@pytest.mark.parametrize(("text", "reason"), BAD.values(), ids=BAD.keys())
+def test_bad_files_are_refused_with_file_name_and_reason(text, reason):
+    with pytest.raises(InputError, match=reason) as caught:
         parse_setup(text, "mine.yaml")
     assert "mine.yaml" in str(caught.value)
 

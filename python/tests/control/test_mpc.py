@@ -1,4 +1,4 @@
-"""Predictive control along a line: what it does with states good and absurd, and when the solver lets it down."""
+"""Predictive control along a line, with valid and absurd states, and with a failing solver."""
 
 from __future__ import annotations
 
@@ -23,12 +23,13 @@ pytest.importorskip("piqp")
 
 CAR = load_car("default")
 PARAMS = MpcParams(time_limit=10.0)
-"""With patience: a busy machine must not make a plan late."""
+"""With a long time limit, so that plans are not late on a busy machine."""
 DT = 0.025
 
 
 def stadium(straight: float = 40.0, radius: float = 6.0) -> np.ndarray:
-    """(N, 2) two straights along x, joined by half circles, counter-clockwise, begun in the middle of the lower."""
+    """(N, 2) two straights along x, joined by half circles, counterclockwise, starting in the middle of the lower
+    straight."""
     s = np.arange(0.0, 2.0 * straight + 2.0 * math.pi * radius - 0.05, 0.1)
     x, y = np.empty_like(s), np.empty_like(s)
     for i, way in enumerate((s + 0.5 * straight) % (2.0 * straight + 2.0 * math.pi * radius)):
@@ -65,14 +66,14 @@ def controller(params: MpcParams = PARAMS, line: RaceLine = LINE, track: Track =
 
 
 def drive(control: Controller, body: tuple[float, ...], seconds: float, step=None) -> tuple[np.ndarray, list[str]]:
-    """Bodies (K, 7) while the controller drives its own model, and the statuses."""
-    model, commands, path, said = control.model, Commands(), [], []
+    """States (K, 7) and statuses while the controller drives its own model."""
+    model, commands, path, output = control.model, Commands(), [], []
     time = 0.0
     for index in range(round(seconds / DT)):
         pose, measured = body[:3], (body[3], body[5], body[6])
         given, *felt = step(index, pose, measured) if step else (pose, *measured)
         found = control.step(given, VehicleState(*felt), DT)
-        said.append(found.status)
+        output.append(found.status)
         assert math.isfinite(found.speed)
         assert found.speed >= 0.0
         assert abs(found.steering_angle) <= model.steering_limit + 1e-12
@@ -81,7 +82,7 @@ def drive(control: Controller, body: tuple[float, ...], seconds: float, step=Non
         body = predicted(model, body, commands, time, time + DT)
         time += DT
         path.append(body)
-    return np.array(path), said
+    return np.array(path), output
 
 
 def start(offset: float = 0.0, speed: float = 4.0) -> tuple[float, ...]:
@@ -91,8 +92,8 @@ def start(offset: float = 0.0, speed: float = 4.0) -> tuple[float, ...]:
 
 @pytest.mark.parametrize("offset", [-0.4, 0.1, 0.4])
 def test_the_car_converges_to_a_straight_line_without_overshoot(offset):
-    path, said = drive(controller(), start(offset), 2.5)
-    assert set(said) == {"ok"}
+    path, output = drive(controller(), start(offset), 2.5)
+    assert set(output) == {"ok"}
     assert abs(path[-1, 1]) < 0.02
     assert (path[:, 1] * np.sign(offset)).min() > -0.05
     assert path[:, 3] == pytest.approx(4.0, abs=0.2)
@@ -100,8 +101,8 @@ def test_the_car_converges_to_a_straight_line_without_overshoot(offset):
 
 def test_it_laps_a_stadium_at_the_speeds_of_the_line():
     control = controller()
-    path, said = drive(control, start(), 14.0)
-    assert set(said) == {"ok"}
+    path, output = drive(control, start(), 14.0)
+    assert set(output) == {"ok"}
     offsets = [control.table.locate(x, y, yaw, None)[1] for x, y, yaw in path[:, :3]]
     assert np.abs(offsets).max() < 0.08
     assert path[:, 3].mean() == pytest.approx(4.0, abs=0.05)
@@ -144,8 +145,8 @@ def test_plans_stay_off_the_walls_beside_the_line():
 def test_it_starts_from_standstill_and_slows_before_the_bend():
     fast = np.where(np.abs(np.gradient(np.unwrap(LINE.path.heading))) > 1e-3, 4.0, 7.0)
     control = controller(line=line_through("fast", POINTS, fast, "test"))
-    path, said = drive(control, start(speed=0.0), 7.0)
-    assert set(said) == {"ok"}
+    path, output = drive(control, start(speed=0.0), 7.0)
+    assert set(output) == {"ok"}
     assert path[:, 3].max() > 5.0
     offsets = [control.table.locate(x, y, yaw, None)[1] for x, y, yaw in path[:, :3]]
     assert np.abs(offsets).max() < 0.3
@@ -161,11 +162,11 @@ def test_a_lost_pose_is_bridged_and_then_the_car_stops():
     def step(index, pose, measured):
         return ((math.nan, 0.0, 0.0) if index >= 20 else pose, *measured)
 
-    path, said = drive(controller(), start(), 4.0, step)
+    path, output = drive(controller(), start(), 4.0, step)
     bridged = round(PARAMS.patience / DT)
-    assert said[:20] == ["ok"] * 20
-    assert set(said[20 : 20 + bridged]) == {"holding"}
-    assert set(said[21 + bridged :]) == {"no_path"}
+    assert output[:20] == ["ok"] * 20
+    assert set(output[20 : 20 + bridged]) == {"holding"}
+    assert set(output[21 + bridged :]) == {"no_path"}
     assert path[-1, 3] < 0.05
     assert np.abs(path[:, 1]).max() < 0.3
 
@@ -179,9 +180,9 @@ def test_a_solver_that_fails_leaves_the_last_plan_and_then_a_stop(monkeypatch):
         return solve() if len(calls) < 20 else None
 
     monkeypatch.setattr(control._solver, "solve", sometimes)
-    path, said = drive(control, start(0.2), 4.0)
-    assert "holding" in said
-    assert said[-1] == "no_path"
+    path, output = drive(control, start(0.2), 4.0)
+    assert "holding" in output
+    assert output[-1] == "no_path"
     assert path[-1, 3] < 0.05
     assert np.abs(path[:, 1]).max() < 0.3
 
@@ -195,19 +196,19 @@ def test_a_solver_that_recovers_is_used_again(monkeypatch):
         return None if 20 <= len(calls) < 26 else solve()
 
     monkeypatch.setattr(control._solver, "solve", sometimes)
-    path, said = drive(control, start(0.2), 3.0)
-    assert said.count("holding") == 6
-    assert said[-1] == "ok"
+    path, output = drive(control, start(0.2), 3.0)
+    assert output.count("holding") == 6
+    assert output[-1] == "ok"
     assert abs(path[-1, 1]) < 0.03
 
 
 def test_a_plan_that_comes_late_is_not_used():
     ticks = iter(np.arange(0.0, 1e6, 1.0))
     control = Controller(LINE, TRACK, CAR, MpcParams(time_limit=0.5), clock=lambda: float(next(ticks)))
-    _, said = drive(control, start(), 1.0)
-    assert said[0] == "ok"
-    assert said[1] == "holding"
-    assert said[-1] == "no_path"
+    _, output = drive(control, start(), 1.0)
+    assert output[0] == "ok"
+    assert output[1] == "holding"
+    assert output[-1] == "no_path"
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Every driver: its name, its setups, its races, and what is said where they don't fit."""
+"""All drivers: names, setups, races, and error messages for wrong combinations."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ MAP_LESS = ("local", *OPPONENTS)
 
 
 class Cruise:
-    """A driver in Python: steers to the side with more room."""
+    """A driver in Python: steers to the side with more clearance."""
 
     def __init__(self, speed: float = 2.0) -> None:
         self.speed = speed
@@ -33,7 +33,7 @@ class Cruise:
         self.resets = 0
 
     def step(self, scan: _core.LaserScan, state: _core.VehicleState, dt: float) -> tuple[float, float, str]:
-        """One step."""
+        """Computes a command."""
         self.calls.append((scan, state, dt))
         ranges = scan.ranges
         angles = scan.angle_min + scan.angle_increment * np.arange(len(ranges))
@@ -42,12 +42,12 @@ class Cruise:
         return self.speed, float(np.clip((left - right) / (left + right), -0.4, 0.4)), "ok"
 
     def reset(self) -> None:
-        """Nothing to forget."""
+        """Does nothing: the driver has no state."""
         self.resets += 1
 
 
 def ride(driver: object, track: firstlap.Track, laps: int = 1, **options: float) -> _core.Race:
-    """A race of a driver in Python."""
+    """Runs a race of a driver in Python."""
 
     handle = CoreHandle(_core.CallbackDriver(driver))
     return start_race(track, handle, firstlap.load_car("default"), laps=laps, options=options)
@@ -55,10 +55,10 @@ def ride(driver: object, track: firstlap.Track, laps: int = 1, **options: float)
 
 @pytest.mark.parametrize("name", MAP_LESS)
 def test_every_driver_races_and_says_who_it_was(cli, name):
-    said = cli("race", "oval", "--driver", name, "--laps", 1, "--json")
-    assert said.code == 0, said
-    assert said.json["driver"] == name
-    assert load_setup(said.json["setup"]).driver == name
+    ran = cli("race", "oval", "--driver", name, "--laps", 1, "--json")
+    assert ran.code == 0, ran
+    assert ran.json["driver"] == name
+    assert load_setup(ran.json["setup"]).driver == name
 
 
 @pytest.mark.parametrize("name", MAP_LESS)
@@ -95,15 +95,15 @@ def test_the_same_seed_gives_the_same_race(arena, name):
 
 @pytest.mark.parametrize("name", OPPONENTS)
 def test_check_knows_the_opponents_setups(cli, name):
-    said = cli("check", name)
-    assert said.code == 0
-    assert "grip in corners" in said.out
+    ran = cli("check", name)
+    assert ran.code == 0
+    assert "grip in corners" in ran.out
 
 
 @pytest.mark.parametrize("name", OPPONENTS)
 def test_explain_draws_a_step_of_every_opponent(cli, name):
-    said = cli("explain", "arena", "--driver", name, "--at", 3)
-    assert said.code == 0, said
+    ran = cli("explain", "arena", "--driver", name, "--at", 3)
+    assert ran.code == 0, ran
     assert Path("explain.png").stat().st_size > 20_000
 
 
@@ -120,8 +120,8 @@ def test_a_setup_alone_chooses_its_driver(cli):
 
 
 def test_survey_names_its_driver(cli):
-    said = cli("survey", "oval", "--driver", "disparity", "--laps", 1, "--seeds", 1, "--json")
-    assert (said.json["driver"], said.json["setup"]) == ("disparity", "disparity")
+    ran = cli("survey", "oval", "--driver", "disparity", "--laps", 1, "--seeds", 1, "--json")
+    assert (ran.json["driver"], ran.json["setup"]) == ("disparity", "disparity")
 
 
 BAD = {
@@ -139,12 +139,12 @@ BAD = {
 }
 
 
-@pytest.mark.parametrize(("arguments", "said"), BAD.values(), ids=BAD.keys())
-def test_bad_input_is_one_line_and_exit_2(cli, arguments, said):
+@pytest.mark.parametrize(("arguments", "reason"), BAD.values(), ids=BAD.keys())
+def test_bad_input_is_one_line_and_exit_2(cli, arguments, reason):
     answer = cli(*arguments)
     assert answer.code == 2
     assert re.fullmatch(r"error: .+\n", answer.err)
-    assert said in answer.err
+    assert reason in answer.err
 
 
 def test_a_setup_file_names_its_driver():
@@ -220,8 +220,8 @@ def test_a_slow_driver_in_python_feels_it_where_latency_is_measured(arena):
 
 
 def test_a_late_driver_skips_scans_and_says_so(cli):
-    said = cli("race", "oval", "--driver", "gap", "--laps", 1, "--latency", "fixed:60")
-    assert "scans arrived while the driver was busy" in said.out
+    ran = cli("race", "oval", "--driver", "gap", "--laps", 1, "--latency", "fixed:60")
+    assert "scans arrived while the driver was busy" in ran.out
     found = cli("race", "oval", "--driver", "gap", "--laps", 1, "--latency", "fixed:60", "--json").json
     assert found["latency"] == "fixed:60"
     assert found["skipped_scans"] > 100

@@ -1,4 +1,4 @@
-"""The map-based driver: the whole chain on a small track, and what it does when a part of it lets it down."""
+"""The map-based driver: the whole chain on a small track, and its reaction to failures of each part."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ COARSE = [
     *("line.curvature_rounds=8", "line.time_rounds=4", "line.spacing=0.2", "mpc.stages=20", "time_limit=1"),
     *("map_drive.speed=3", "map_drive.overlap=3", "map_graph.edges=3", "particles_min=300", "particles_max=1000"),
 ]
-"""Map, line and plans in a moment; and a busy machine must not make a plan late."""
+"""Fast preparation, and a long time limit so that plans are not late on a busy machine."""
 STATUSES = ("ok", "holding", "no_path", "blocked", "bad_scan", "bad_state")
 
 
@@ -65,7 +65,7 @@ def prepare(track: Track, *more: str) -> Preparation:
 
 
 def drive(track, preparation, *more, until=None, change=None, at=1.5, seconds=12.0):
-    """A race: its result, statuses and speeds. change: called with the driver `at` seconds after the start."""
+    """Runs a race; returns result, statuses and speeds. change: called with the driver `at` seconds after the start."""
     handle = driver_kind("global").make(coarse(*more).params(CAR.core), CAR, preparation)
     running = start_race(track, handle, CAR, laps=2)
     while running.advance(1) and running.time < seconds:
@@ -79,19 +79,19 @@ def drive(track, preparation, *more, until=None, change=None, at=1.5, seconds=12
 
 
 def stood(result, speeds) -> bool:
-    """The car was fast, stopped, and touched nothing."""
+    """Asserts that the car was fast, then stopped without contact."""
     return result["contact"] is None and max(speeds) > 2.0 and speeds[-1] < 0.1
 
 
 def test_the_whole_chain_races_and_counts_its_preparation(cli, monkeypatch, prepared):
     sets = [word for text in COARSE for word in ("--set", text)]
-    said = cli("race", "oval", "--driver", "global", "--laps", 1, *sets, "--json")
-    assert said.code == 0, said
-    before = said.json["preparation"]
+    ran = cli("race", "oval", "--driver", "global", "--laps", 1, *sets, "--json")
+    assert ran.code == 0, ran
+    before = ran.json["preparation"]
     assert before["driving"] > 5.0
     assert before["computing"] > 0.0
     assert before["seconds"] == pytest.approx(before["driving"] + before["computing"], abs=0.01)
-    assert said.json["laps"][0]["mean_speed"] > 2.5
+    assert ran.json["laps"][0]["mean_speed"] > 2.5
 
 
 def test_map_and_line_are_found_again_by_their_content(oval, prepared):
@@ -151,8 +151,8 @@ def test_a_car_placed_by_hand_at_the_pit_wall_finds_itself(oval, prepared):
         race.place(oval.start_pose(share * oval.length))
         for _ in range(80):
             race.tick()
-        assert race.going
-        assert "contact" not in race.said
+        assert race.may_drive
+        assert "contact" not in race.message
         truth, estimate = race.world.truth(0), race.driving.handle.driver.estimate
         x, y, _ = between(np.array(oval.start_pose()), np.array([truth["x"], truth["y"], truth["yaw"]]))
         assert np.hypot(estimate.x - x, estimate.y - y) < 0.3
@@ -246,10 +246,10 @@ def test_a_survey_races_it_in_processes(oval, prepared):
 
 def test_the_road_of_a_map_ends_at_joints_that_only_the_laser_passes():
     cells = np.full((60, 200), UNKNOWN, dtype=np.uint8)
-    cells[10:30, 5:195] = FREE  # the road, 1 m wide
+    cells[10:30, 5:195] = FREE  # the track, 1 m wide
     cells[30, 5:195] = OCCUPIED
     cells[30, 100:106] = FREE  # a joint of 0.3 m
-    cells[31:55, 5:195] = FREE  # what shows through it
+    cells[31:55, 5:195] = FREE  # what is visible through it
     road = road_of(OccupancyMap(cells, 0.05, (0.0, 0.0, 0.0)), np.array([[1.0, 1.0], [9.0, 1.0]])).cells
     assert (road[13:27, 10:190] == FREE).all()
     assert (road[36:] != FREE).all()
@@ -269,15 +269,15 @@ def test_small_unmet_places_of_a_map_are_free_unless_a_wall_is_near():
 
 def test_the_ablation_drives_by_the_true_pose_and_says_so(cli, oval, prepared):
     assert firstlap.race(oval, coarse("true_pose=true"), CAR, laps=1, preparation=prepared).finished
-    said = cli("race", "oval", "--driver", "gap", "--true-pose")
-    assert said.code == 2
-    assert "--driver global" in said.err
+    ran = cli("race", "oval", "--driver", "gap", "--true-pose")
+    assert ran.code == 2
+    assert "--driver global" in ran.err
 
 
 def test_explain_draws_a_step(cli, prepared):
     sets = [word for text in COARSE for word in ("--set", text)]
-    said = cli("explain", "oval", "--driver", "global", *sets, "--at", 2)
-    assert said.code == 0, said
+    ran = cli("explain", "oval", "--driver", "global", *sets, "--at", 2)
+    assert ran.code == 0, ran
 
 
 def test_every_array_of_its_trace_is_in_a_table(oval, prepared):

@@ -1,4 +1,4 @@
-"""Odometry that contradicts itself, the scans or the commands: each kind is named, and all else is silence."""
+"""The odometry check: every kind of contradiction with poses, scans or commands is reported, and nothing else."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ from firstlap.estimation.odometry_check import (
 )
 
 STEP = 0.1
-"""[s] of a step of the scans."""
+"""[s] Duration of a scan step."""
 PERIOD = 0.02
-"""[s] of the odometry."""
+"""[s] Period of the odometry."""
 
 
 def slalom(speed: float = 1.5, seconds: float = 6.0, turn: float = 1.2, heading: float = 0.0) -> tuple[Odometry, Steps]:
-    """A car that winds along at a steady speed, all witnesses honest."""
+    """Consistent data of a car on a winding path at constant speed."""
     times = np.arange(0.0, seconds + 0.5 * PERIOD, PERIOD)
     yaw_rate = turn * np.sin(1.5 * times)
     yaw = heading + np.concatenate([[0.0], np.cumsum(0.5 * (yaw_rate[1:] + yaw_rate[:-1]) * PERIOD)])
@@ -44,29 +44,29 @@ def slalom(speed: float = 1.5, seconds: float = 6.0, turn: float = 1.2, heading:
 
 
 def scaled(odometry: Odometry, forward: float = 1.0, turn: float = 1.0) -> Odometry:
-    """The twist with other units, signs or nothing at all."""
+    """The twist with wrong units, wrong signs, or zero."""
     return replace(odometry, twist=odometry.twist * np.array([forward, 1.0, turn]))
 
 
 def without_poses(odometry: Odometry) -> Odometry:
-    """Whose driver never filled them in."""
+    """Poses that the driver never fills in."""
     return replace(odometry, poses=None)
 
 
 def in_the_frame_of_the_poses(odometry: Odometry) -> Odometry:
-    """The twist as some drivers give it."""
+    """The twist in the map frame, as some drivers publish it."""
     assert odometry.poses is not None
     speed, yaw = odometry.twist[:, 0], odometry.poses[:, 2]
     return replace(odometry, twist=np.column_stack([speed * np.cos(yaw), speed * np.sin(yaw), odometry.twist[:, 2]]))
 
 
 def blind(steps: Steps) -> Steps:
-    """In a hall where the scans see nothing."""
+    """A hall without returns in the scans."""
     return replace(steps, motion=np.full_like(steps.motion, math.nan))
 
 
 def kinds(verdicts: Any) -> dict[Pair, str]:
-    """{pair: kind} of all that contradicts."""
+    """{pair: kind} of all contradictions."""
     return {pair: found.kind for pair, found in verdicts.items() if found is not None}
 
 
@@ -179,7 +179,7 @@ def test_a_car_that_is_faster_than_it_is_told_is_remarked_where_the_scans_say_so
 
 
 def standing(speed: float, yaw_rate: float, command: float) -> dict[Pair, Any]:
-    """Verdicts where the scans stand."""
+    """Verdicts while the scans show no motion."""
     times = np.arange(0.0, 4.0, PERIOD)
     begins = np.arange(0.3, 3.0, STEP)
     steps = Steps(begins, begins + STEP, np.zeros((len(begins), 3)), np.full(len(begins), command))
@@ -217,7 +217,7 @@ def test_nothing_is_judged_without_motion_and_without_odometry() -> None:
 
 
 def test_a_standing_car_that_is_put_elsewhere_says_nothing() -> None:
-    """One step of the scans goes far, all others are noise: without the jump there is no motion to compare."""
+    """One scan step is large and all others are noise: without the jump there is no motion to compare."""
     odometry, steps = slalom(speed=0.0, turn=0.0)
     rng = np.random.default_rng(1)
     motion = np.column_stack([0.004 * rng.standard_normal(len(steps)), np.zeros((len(steps), 2))])

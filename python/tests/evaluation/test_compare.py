@@ -1,4 +1,4 @@
-"""Comparisons: every race once, a table, a picture, a report from which it can be repeated."""
+"""Comparisons: every race once, table, plot, and a report that makes the result reproducible."""
 
 from __future__ import annotations
 
@@ -30,25 +30,25 @@ MAP_LESS = "local,gap,disparity,pid"
 
 
 def comparison(tmp_path: Path, drivers: str = "gap,pid", **options: Any) -> Comparison:
-    """A small one, not driven."""
+    """A small comparison, not yet driven."""
     settings: dict[str, Any] = {"laps": 2, "seeds": 2, "latency": "none", **options}
     track = firstlap.load_track("oval")
     return Comparison(track, parse_entries(drivers, CAR), CAR, store=Store(tmp_path / "races"), **settings)
 
 
 def test_every_driver_races_every_seed_and_the_table_has_all_its_columns(cli):
-    said = cli(*QUICK, "--drivers", MAP_LESS, "--json")
-    assert said.code == 0, said.err
-    assert [row["label"] for row in said.json["entries"]] == ["local", "gap", "disparity", "pid"]
-    for row in said.json["entries"]:
+    ran = cli(*QUICK, "--drivers", MAP_LESS, "--json")
+    assert ran.code == 0, ran.err
+    assert [row["label"] for row in ran.json["entries"]] == ["local", "gap", "disparity", "pid"]
+    for row in ran.json["entries"]:
         assert (row["runs"], row["finished"], row["success_rate"]) == (2, 2, 1.0)
         assert row["best"] <= row["median"]
         assert row["mean_speed"] == pytest.approx(row["distance"] / row["median"], rel=0.02)
         assert 0.0 < row["compute_p50"] <= row["compute_p99"]
         assert row["min_clearance"] > 0.0
         assert row["needs_map"] is False
-    fastest = min(said.json["entries"], key=lambda row: row["median"])
-    assert said.json["reference"] == fastest["label"]
+    fastest = min(ran.json["entries"], key=lambda row: row["median"])
+    assert ran.json["reference"] == fastest["label"]
     assert fastest["relative"] == 1.0
 
 
@@ -65,8 +65,8 @@ def test_laps_are_those_of_the_races_that_race_drives(cli):
 
 def test_a_driver_may_come_with_several_setups(cli):
     Path("brisk.yaml").write_text("driver: gap\nspeed:\n  v_max: 2.0\n")
-    said = cli(*QUICK, "--drivers", "gap,gap:brisk.yaml", "--json")
-    rows = said.json["entries"]
+    ran = cli(*QUICK, "--drivers", "gap,gap:brisk.yaml", "--json")
+    rows = ran.json["entries"]
     assert [row["label"] for row in rows] == ["gap", "gap:brisk"]
     assert rows[1]["median"] > rows[0]["median"]
 
@@ -127,7 +127,7 @@ def test_an_interrupted_comparison_goes_on_where_it_was(tmp_path):
     )
 
     def kept() -> int:
-        """Those with a dot are still being written."""
+        """The finished files of the store; hidden files are still being written."""
         return len([path for path in tmp_path.glob("*.npz") if not path.name.startswith(".")])
 
     deadline = time.monotonic() + PATIENCE
@@ -138,13 +138,13 @@ def test_an_interrupted_comparison_goes_on_where_it_was(tmp_path):
     assert process.returncode == 130, err
     driven = re.fullmatch(r"error: interrupted after (\d+) of 800 races; the same command resumes there\n", err)
     assert driven, err
-    # A race that ends while the interrupt is answered may be kept without being counted; none is counted but not kept.
+    # A race that ends during the interrupt may be stored without being counted, but not vice versa.
     assert kept() >= int(driven[1]) >= 1
 
 
 def test_reports_hold_what_is_needed_to_repeat_them(cli):
-    said = cli(*QUICK, "--drivers", "gap,pid", "--report", "a.md", "--plot", "a.svg", "--car", "nuc2")
-    assert said.code == 0, said.err
+    ran = cli(*QUICK, "--drivers", "gap,pid", "--report", "a.md", "--plot", "a.svg", "--car", "nuc2")
+    assert ran.code == 0, ran.err
     text = Path("a.md").read_text()
     assert "firstlap compare oval --drivers gap,pid --laps 2 --seeds 2 --car nuc2 --latency none" in text
     for word in (firstlap.__version__, "seeds 1 to 2", "| gap | 1 | finished |", "![", "friction: 1.0"):
@@ -169,11 +169,11 @@ def test_an_html_report_stands_alone(cli):
 
 def test_a_race_that_fails_shows_in_the_exit_code_and_the_table(cli):
     Path("wild.yaml").write_text("driver: pid\nspeed: {v_min: 9, v_max: 12, a_y_max: 20}\n")
-    said = cli(*QUICK, "--drivers", "pid,pid:wild.yaml", "--report", "a.md", "--json")
-    assert said.code == 1
-    row = said.json["entries"][1]
+    ran = cli(*QUICK, "--drivers", "pid,pid:wild.yaml", "--report", "a.md", "--json")
+    assert ran.code == 1
+    row = ran.json["entries"][1]
     assert (row["finished"], row["median"], row["relative"], row["min_clearance"]) == (0, None, None, 0.0)
-    assert said.json["reference"] == "pid"
+    assert ran.json["reference"] == "pid"
     assert "0 of 2" in Path("a.md").read_text()
 
 
@@ -195,14 +195,14 @@ BAD = {
 }
 
 
-@pytest.mark.parametrize(("arguments", "said"), BAD.values(), ids=BAD.keys())
-def test_bad_input_is_one_line_and_exit_2(cli, arguments, said):
+@pytest.mark.parametrize(("arguments", "reason"), BAD.values(), ids=BAD.keys())
+def test_bad_input_is_one_line_and_exit_2(cli, arguments, reason):
     Path("folder.md").mkdir()
     Path("file").write_text("here")
     answer = cli("compare", "oval", "--store", "races", *arguments)
     assert answer.code == 2
     assert re.fullmatch(r"error: .+\n", answer.err)
-    assert said in answer.err
+    assert reason in answer.err
     assert answer.out == ""
 
 
@@ -231,9 +231,9 @@ def test_of_rows_that_often_fail_none_is_the_reference():
     assert reference_row(rows)["label"] == "pid"
 
 
-# A driver in Python, which prepares itself on the track; it must be importable in the processes that race it.
+# A driver in Python with a preparation; it must be importable in the processes that race it.
 class Planned:
-    """Drives as pid does, by way of Python."""
+    """A Python wrapper of the driver pid."""
 
     def __init__(self, top_speed: float) -> None:
         params = _core.CenterPidParams()
@@ -245,7 +245,7 @@ class Planned:
         return self.pid.step(scan, state, dt)
 
     def reset(self) -> None:
-        """Forgets."""
+        """Resets the driver."""
         self.pid.reset()
 
 
@@ -256,7 +256,7 @@ def _prepare(track: Any, _setup: Any, _car: Any, _seed: int, on_progress: Any) -
 
 
 def driver_kind() -> DriverKind:
-    """As a driver registers itself."""
+    """Registers the driver."""
     fields = DRIVERS["pid"].fields
     return DriverKind(
         name="planned",
@@ -292,17 +292,17 @@ def test_drivers_in_python_race_in_processes_with_what_they_prepared(tmp_path, m
 
 
 def register_here() -> None:
-    """Run in each process before its first race."""
+    """Called in each process before its first race."""
     DRIVERS.register(driver_kind())
 
 
 def test_conditions_hold_for_every_driver(cli):
-    said = cli(*QUICK, "--drivers", "pid", "--option", "mu_scale=0.9", "--seeds", 1, "--report", "a.md", "--json")
-    assert said.json["options"] == {"mu_scale": 0.9}
+    ran = cli(*QUICK, "--drivers", "pid", "--option", "mu_scale=0.9", "--seeds", 1, "--report", "a.md", "--json")
+    assert ran.json["options"] == {"mu_scale": 0.9}
     assert "--option mu_scale=0.9" in Path("a.md").read_text()
 
 
 def test_json_is_one_object_and_nothing_else(cli):
-    said = cli(*QUICK, "--drivers", "pid", "--json")
-    assert said.err == ""
-    assert set(json.loads(said.out)) >= {"version", "track", "entries", "reference", "order", "latency", "seeds"}
+    ran = cli(*QUICK, "--drivers", "pid", "--json")
+    assert ran.err == ""
+    assert set(json.loads(ran.out)) >= {"version", "track", "entries", "reference", "order", "latency", "seeds"}

@@ -1,4 +1,4 @@
-"""The metrics of perception: closed forms, simulated scans, and real ones where they are."""
+"""Perception metrics: closed forms, simulated scans, and real scans if available."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ AHEAD = ("0.5", "1", "2", "3")
 
 @pytest.fixture(scope="module")
 def corridor() -> GroundTruth:
-    """A straight along x, 2 m wide, closed far away so that it is a ring."""
+    """A straight along x, 2 m wide, closed far away."""
     x = np.arange(0.0, LENGTH, 0.05)
     line = np.vstack([np.column_stack([x, 0.0 * x]), np.column_stack([x[::-1], 0.0 * x + 50.0])])
     wall = np.arange(0.0, LENGTH, 0.02)
@@ -39,7 +39,7 @@ def corridor() -> GroundTruth:
 def seen_in_corridor(
     *, offset: float = 0.0, swapped: bool = False, reach: float = 5.0, width: float = WIDTH
 ) -> Detection:
-    """What a car at (10, 0) that looks along the corridor sees of it; its line `offset` to the left."""
+    """The detection of a car at (10, 0) in the corridor; its line is `offset` to the left."""
     x = np.arange(-1.0, reach + 0.331, 0.15)
     wall = np.arange(-1.5, 8.0, 0.1)
     points = np.vstack([np.column_stack([wall, 0.0 * wall - 1.0]), np.column_stack([wall, 0.0 * wall + 1.0])])
@@ -236,19 +236,19 @@ def test_a_recording_without_poses_cannot_be_held_against_a_map():
 
 
 def test_the_command_prints_a_row_per_direction(cli):
-    said = cli("perception", "oval", "--both", "--json")
-    assert said.code == 0
-    rows = said.json["runs"]
+    ran = cli("perception", "oval", "--both", "--json")
+    assert ran.code == 0
+    rows = ran.json["runs"]
     assert [(row["track"], row["direction"]) for row in rows] == [("oval", "forward"), ("oval", "reverse")]
     assert all(row["no_line"] == 0.0 and row["precision"] > 0.98 for row in rows)
 
 
 def test_replay_holds_a_recording_against_its_map(cli):
     scans, track_map = real_track()
-    said = cli("replay", scans, "--map", track_map, "--from", 20, "--to", 30, "--plot", "map.png", "--json")
-    assert said.code == 0
-    assert said.json["against_map"]["scans"] == said.json["scans"]
-    assert said.json["against_map"]["bad"] <= 0.04
+    ran = cli("replay", scans, "--map", track_map, "--from", 20, "--to", 30, "--plot", "map.png", "--json")
+    assert ran.code == 0
+    assert ran.json["against_map"]["scans"] == ran.json["scans"]
+    assert ran.json["against_map"]["bad"] <= 0.04
     assert Path("map.png").stat().st_size > 10_000
     other = cli("replay", SHARED / "scans/rollcage/rollcage.npz", "--map", track_map)
     assert other.code == 2

@@ -104,14 +104,14 @@ def test_from_and_to_are_seconds_after_the_first_scan(cli, bag):
     found = cli("replay", bag, "--from", 1, "--to", 2, "--json").json
     assert set(found) == KEYS
     assert (found["scans"], found["from"], found["seconds"]) == (41, 1.0, 1.0)
-    said = cli("replay", bag, "--from", 50)
-    assert said.code == 2
-    assert "it lasts 2.98 s" in said.err
+    ran = cli("replay", bag, "--from", 50)
+    assert ran.code == 2
+    assert "it lasts 2.98 s" in ran.err
 
 
 def test_replay_prints_a_table_and_draws_it(cli, bag):
-    said = cli("replay", bag, "--setup", "base", "--against", "race", "--plot", "a.png")
-    assert said.code == 0, said.err
+    ran = cli("replay", bag, "--setup", "base", "--against", "race", "--plot", "a.png")
+    assert ran.code == 0, ran.err
     for words in (
         "120 scans",
         "setup base",
@@ -119,17 +119,17 @@ def test_replay_prints_a_table_and_draws_it(cli, bag):
         "compared with the commands of /drive",
         "base compared with race",
     ):
-        assert words in " ".join(said.out.split())
-    assert "speed from odometry (/odom)" in said.out
+        assert words in " ".join(ran.out.split())
+    assert "speed from odometry (/odom)" in ran.out
     assert Path("a.png").read_bytes().startswith(PNG)
     assert cli("replay", bag, "--odom-topic", "none", "--pose-topic", "none", "--plot", "b.png").code == 0
     assert Path("b.png").read_bytes().startswith(PNG)
 
 
 def test_what_people_read_is_in_words_and_degrees(cli, bag):
-    said = cli("replay", bag, "--setup", "base", "--against", "race", "--speed", 2)
-    assert "the speed of 2 m/s is not used" in said.err
-    found = re.search(r"base compared with race: steering angle difference ([0-9.]+), ([0-9.]+)°", said.out)
+    ran = cli("replay", bag, "--setup", "base", "--against", "race", "--speed", 2)
+    assert "the speed of 2 m/s is not used" in ran.err
+    found = re.search(r"base compared with race: steering angle difference ([0-9.]+), ([0-9.]+)°", ran.out)
     assert found
     radians = cli("replay", bag, "--setup", "base", "--against", "race", "--json").json["difference"]["steering_angle"]
     assert float(found[1]) == pytest.approx(math.degrees(radians["median"]), abs=0.051)
@@ -139,8 +139,8 @@ def test_what_people_read_is_in_words_and_degrees(cli, bag):
 
 
 def test_explain_draws_a_scan_of_a_recording(cli, bag):
-    said = cli("explain", bag, "--scan", 100, "--setup", "base")
-    assert said.code == 0, said.err
+    ran = cli("explain", bag, "--scan", 100, "--setup", "base")
+    assert ran.code == 0, ran.err
     assert Path("explain.png").read_bytes().startswith(PNG)
     assert cli("explain", bag, "--scan", -1, "--plot", "last.png").code == 0
     assert "no scan 120; expected 0 to 119" in cli("explain", bag, "--scan", 120).err
@@ -153,7 +153,7 @@ def test_explain_shows_the_step_of_the_replay(corridor):
 
 
 def with_body(recording: Recording, beams: slice, length: float) -> Recording:
-    """The recording of a car of which some beams see a part."""
+    """A recording in which some beams hit the car itself."""
     ranges = [one.copy() for one in recording.ranges]
     for one in ranges:
         one[beams] = length
@@ -186,7 +186,7 @@ def test_the_cars_body_is_found_on_both_sides_wherever_the_scan_begins(corridor)
 def test_a_body_inside_the_setups_mask_needs_none(corridor):
     assert find_body(corridor, load_setup("base")) is None
     assert find_body(with_body(corridor, slice(0, 10), 0.2), load_setup("base")) is None
-    # At a standstill everything looks like the car.
+    # At a standstill all returns are constant, like those of the car.
     still = replace(corridor, states=np.zeros_like(corridor.states))
     assert find_body(with_body(still, slice(0, 12), 0.9), load_setup("base")) is None
 
@@ -204,7 +204,7 @@ def test_the_lasers_place_is_the_cars_unless_the_setup_says_another(corridor):
 
 @pytest.fixture(scope="module")
 def lap(tmp_path_factory: pytest.TempPathFactory) -> Recording:
-    """Four seconds of a race on a track of bends, by a laser that sees all at once."""
+    """Four seconds of a race on a winding track, with a LiDAR without sweep time."""
     path = tmp_path_factory.mktemp("lap") / "a.mcap"
     car = load_car("default")
     car.core.set("lidar", "sweep_time", 0.0)
@@ -240,9 +240,9 @@ def test_explain_and_replay_take_the_lasers_option(cli, lap, tmp_path):
     assert found["sources"]["laser"] == "--laser"
     assert found["recorded"]["steering_angle"]["median"] < 0.05
     assert "rotated by -120°, upside down" in cli("explain", path, "--laser", "0.27,0,-120,180", "--scan", 9).err
-    said = cli("replay", path, "--laser", "here")
-    assert said.code == 2
-    assert "--laser here: expected X,Y,YAW[,ROLL]" in said.err
+    ran = cli("replay", path, "--laser", "here")
+    assert ran.code == 2
+    assert "--laser here: expected X,Y,YAW[,ROLL]" in ran.err
 
 
 def test_steering_in_degrees_is_not_compared_with(cli, tmp_path):
@@ -262,9 +262,9 @@ def test_poses_of_odometry_are_said_to_be_none_of_a_map(cli, tmp_path):
     for item in items:
         if item.topic == "/odom":
             item.message.header.frame_id = "/odom"
-    said = cli("replay", bags.write_rosbag2(tmp_path / "a", items), "--map", "oval")
-    assert said.code == 2
-    assert "its poses are from odometry (frame 'odom') and cannot be compared" in said.err
+    ran = cli("replay", bags.write_rosbag2(tmp_path / "a", items), "--map", "oval")
+    assert ran.code == 2
+    assert "its poses are from odometry (frame 'odom') and cannot be compared" in ran.err
 
 
 def test_a_jump_is_measured_after_the_cars_own_motion():
@@ -275,7 +275,7 @@ def test_a_jump_is_measured_after_the_cars_own_motion():
     assert np.isnan(steady.add(line, nothing, nothing, state, dt)[0])
     assert steady.add(line, nothing, nothing, state, dt)[0] == pytest.approx(0.0, abs=1e-12)
     assert steady.add(line + np.array([0.0, 0.3]), nothing, nothing, state, dt)[0] == pytest.approx(0.3)
-    # Turning by 0.1 rad about the car moves a line that stands still by 1.5 m times that.
+    # A rotation of the car by 0.1 rad moves a static line by 1.5 m times 0.1.
     turning = Continuity()
     turning.add(line, nothing, nothing, np.array([0.0, 1.0, 0.0]), dt)
     c, s = np.cos(0.1), np.sin(0.1)
@@ -325,7 +325,7 @@ DENSE = {"straight_1_speed_1": 707, "sinside_corner_1_speed_1": 605}
 def test_real_corridors_are_planned_through(name):
     recording = load_recording(SCANS / name / "rosbag2", Topics(drive="/vesc/low_level/ackermann_cmd"))
     found = drive(recording, "sure")
-    assert found.body is None  # what shows of this car is shorter than the mask of every setup
+    assert found.body is None  # the visible part of this car is within the mask of every setup
     measured = found.to_dict()
     assert measured["scans"] == DENSE[name]
     assert measured["available"]["1"] >= 0.99

@@ -1,4 +1,4 @@
-"""Robustness sweeps: the table, the sudden obstacle, and the command."""
+"""Robustness sweeps: the table of sweeps, the sudden obstacle, and the command."""
 
 from __future__ import annotations
 
@@ -90,9 +90,9 @@ def test_a_sudden_obstacle_is_seen_in_the_result_and_ends_the_race_of_a_car_that
 
 
 def test_the_racer_passes_or_stops_on_the_oval_wherever_it_can(cli):
-    said = cli("robustness", "oval", "--sweep", "obstacle", "--places", 2, "--seeds", 1, "--json")
-    assert said.code == 0
-    (sweep,) = said.json["sweeps"]
+    ran = cli("robustness", "oval", "--sweep", "obstacle", "--places", 2, "--seeds", 1, "--json")
+    assert ran.code == 0
+    (sweep,) = ran.json["sweeps"]
     assert sweep["contacts"] == []
     for point in sweep["points"]:
         assert point["contact_free"] == 1.0
@@ -101,8 +101,8 @@ def test_the_racer_passes_or_stops_on_the_oval_wherever_it_can(cli):
 
 
 def test_curves_compare_laps_with_the_undisturbed_ones(cli):
-    said = cli("robustness", "oval", "--sweep", "latency", "--laps", 1, "--seeds", 1, "--plot", "a.png", "--json")
-    (sweep,) = said.json["sweeps"]
+    ran = cli("robustness", "oval", "--sweep", "latency", "--laps", 1, "--seeds", 1, "--plot", "a.png", "--json")
+    (sweep,) = ran.json["sweeps"]
     assert [point["value"] for point in sweep["points"]] == [0, 20, 40, 60, 80, 100]
     assert sweep["points"][0]["lap_ratio"] == 1.0
     assert sweep["tracks"]["oval"][0]["lap"] == pytest.approx(race(firstlap.load_track("oval"), laps=1).best)
@@ -119,10 +119,10 @@ def test_a_condition_holds_in_every_race_of_a_sweep_and_is_told(cli):
 
 
 def test_a_table_names_every_value(cli):
-    said = cli("robustness", "oval", "--sweep", "scan_rate", "--laps", 1, "--seeds", 1)
-    assert said.code == 0
-    assert "scan rate" in said.out
-    assert "contact-free" in said.out
+    ran = cli("robustness", "oval", "--sweep", "scan_rate", "--laps", 1, "--seeds", 1)
+    assert ran.code == 0
+    assert "scan rate" in ran.out
+    assert "contact-free" in ran.out
 
 
 @pytest.mark.parametrize(
@@ -137,11 +137,11 @@ def test_a_table_names_every_value(cli):
     ],
 )
 def test_bad_input_is_one_line_and_exit_2(cli, arguments, word):
-    said = cli("robustness", *arguments)
-    assert said.code == 2
-    assert word in said.err
-    assert said.err.count("\n") == 1
-    assert said.out == ""
+    ran = cli("robustness", *arguments)
+    assert ran.code == 2
+    assert word in ran.err
+    assert ran.err.count("\n") == 1
+    assert ran.out == ""
 
 
 def test_without_a_finished_reference_lap_there_are_no_obstacles_and_a_note(arena):

@@ -1,4 +1,4 @@
-"""The localizer follows a racing car on a map made from a slow lap, and knows when it is lost."""
+"""The localizer tracks a racing car on a map from a slow lap, and detects when it is lost."""
 
 from __future__ import annotations
 
@@ -77,16 +77,16 @@ def test_it_recovers_each_time_the_car_is_set_down_half_a_metre_elsewhere(track:
 
 def test_on_the_map_of_another_track_it_says_that_it_is_lost(cli: Cli, known: OccupancyMap) -> None:
     write_map(known, "other.yaml")
-    said = cli("localize", "wide", "--map", "other.yaml", "--laps", 1, "--json")
-    assert said.code == 1
-    assert said.json["lost"] > 0.5
-    assert said.json["lost_at_end"]
+    ran = cli("localize", "wide", "--map", "other.yaml", "--laps", 1, "--json")
+    assert ran.code == 1
+    assert ran.json["lost"] > 0.5
+    assert ran.json["lost_at_end"]
 
 
 def test_the_same_seed_says_the_same(track: Track, known: OccupancyMap) -> None:
     first, again = _follow(track, known, scans=80), _follow(track, known, scans=80)
-    np.testing.assert_array_equal(first.said, again.said)
-    assert (_follow(track, known, seed=2, scans=80).said != first.said).any()
+    np.testing.assert_array_equal(first.estimated, again.estimated)
+    assert (_follow(track, known, seed=2, scans=80).estimated != first.estimated).any()
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -1.0, 1e30])
@@ -130,15 +130,15 @@ def test_a_map_without_walls_and_a_wrong_parameter_are_refused() -> None:
 )
 def test_bad_input_is_one_line(cli: Cli, tmp_path: Path, arguments: tuple[str, ...], words: str) -> None:
     (tmp_path / "empty.yaml").touch()
-    said = cli("localize", *arguments)
-    assert said.code == 2
-    assert words in said.err
-    assert said.err.count("\n") == 1
+    ran = cli("localize", *arguments)
+    assert ran.code == 2
+    assert words in ran.err
+    assert ran.err.count("\n") == 1
 
 
 @pytest.fixture(scope="module")
 def log(track: Track, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Of a lap of race."""
+    """A recording of a lap with the setup race."""
     path = tmp_path_factory.mktemp("log") / "lap.mcap"
     firstlap.race(track, "race", laps=1, record=path)
     return path
@@ -156,7 +156,7 @@ def test_a_recorded_car_is_followed_from_where_the_map_was_begun(log: Path, know
 def test_poses_of_the_map_are_begun_with_and_compared(log: Path, known: OccupancyMap) -> None:
     recorded, car = load_recording(log), load_car("default")
     whole = localize_recording(recorded, known, car)
-    placed = replace(recorded, poses=whole.said, frame="map").between(6.0, 12.0)
+    placed = replace(recorded, poses=whole.estimated, frame="map").between(6.0, 12.0)
     localized = localize_recording(placed, known, car)
     assert placed.poses is not None
     assert localized.start == tuple(placed.poses[0])
@@ -167,10 +167,10 @@ def test_poses_of_the_map_are_begun_with_and_compared(log: Path, known: Occupanc
 def test_localize_takes_a_recording_and_a_map(cli: Cli, tmp_path: Path, log: Path, known: OccupancyMap) -> None:
     drawn, other = tmp_path / "map.yaml", tmp_path / "oval.yaml"
     write_map(known, drawn)
-    said = cli("localize", log, "--map", drawn)
-    assert said.code == 0, said.err
-    assert "lap on map" in said.out
-    assert "lost in" in said.out
+    ran = cli("localize", log, "--map", drawn)
+    assert ran.code == 0, ran.err
+    assert "lap on map" in ran.out
+    assert "lost in" in ran.out
     missing = f"{log}: a recording needs --map MAP, a map of its location; `firstlap map` makes one"
     assert cli("localize", log).err == f"error: {missing}\n"
     assert (

@@ -1,4 +1,4 @@
-"""Which way is ahead: where scans and commands disagree, the laser is mounted otherwise than it is said."""
+"""Direction of travel: scans that contradict the commands reveal a wrong LiDAR mounting."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ needs_scans = pytest.mark.skipif(not SCANS.is_dir(), reason="the real recordings
 
 @pytest.fixture(scope="module")
 def drive(tmp_path_factory: pytest.TempPathFactory) -> Recording:
-    """Some seconds of a race on a track of bends."""
+    """Some seconds of a race on a winding track."""
     path = tmp_path_factory.mktemp("drive") / "a.mcap"
     car = load_car("default")
     car.core.set("lidar", "sweep_time", 0.0)
@@ -45,7 +45,7 @@ def test_nothing_is_said_where_all_agree_or_odometry_tells(drive: Recording, tmp
     agree = load_recording(bags.as_mounted(drive, (0.27, 0.0, 0.0, 0.0), tmp_path / "a", odom=False))
     assert remarks_on_direction(agree, load_car("default")) == ()
     measured = load_recording(bags.as_mounted(drive, (0.27, 0.0, 150.0, 0.0), tmp_path / "b", tf=False))
-    assert remarks_on_direction(measured, load_car("default")) == ()  # that is judged with the odometry
+    assert remarks_on_direction(measured, load_car("default")) == ()  # that is part of the odometry check
 
 
 @needs_scans

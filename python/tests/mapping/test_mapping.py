@@ -1,4 +1,4 @@
-"""Maps from a slow lap and from recordings: true to the walls, whole, or refused with one line."""
+"""Maps from a slow lap and from recordings: accurate, complete, or refused with a one-line error."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def test_wheels_that_turn_three_percent_too_much_do_not_stretch_the_map(oval: Tr
 
 
 def test_a_sweep_longer_than_the_usual_period_is_not_undone_even_after_a_lost_scan() -> None:
-    """The scan after the lost one is kept, and judged by how often scans come."""
+    """The scan after a lost one is used, with the usual scan period."""
     room, speed, sweep = firstlap.Lidar(load_track("oval")), 2.0, 0.15
     x, y, yaw = load_track("oval").start_pose()
     ranges = room.scan(x, y, yaw)
@@ -131,10 +131,10 @@ def test_the_same_seed_draws_the_same_map_and_another_seed_another(oval: Track, 
 
 
 def test_the_command_writes_map_and_picture_and_says_how_true_it_is(cli: Cli, tmp_path: Path) -> None:
-    said = cli("map", "oval", "-o", "oval.yaml", "--check", "--json", "--plot", "oval.png")
-    assert said.code == 0, said.err
-    assert said.json["error"]["rms"] < 0.05
-    assert said.json["loops"] > 0
+    ran = cli("map", "oval", "-o", "oval.yaml", "--check", "--json", "--plot", "oval.png")
+    assert ran.code == 0, ran.err
+    assert ran.json["error"]["rms"] < 0.05
+    assert ran.json["loops"] > 0
     assert sorted(path.name for path in tmp_path.iterdir()) == ["oval.pgm", "oval.png", "oval.yaml"]
 
 
@@ -170,10 +170,10 @@ def test_an_interrupt_leaves_no_half_written_map(cli: Cli, tmp_path: Path, monke
 def test_bad_input_is_one_line_and_leaves_nothing(
     cli: Cli, tmp_path: Path, arguments: tuple[str, ...], words: str
 ) -> None:
-    said = cli("map", *arguments)
-    assert said.code == 2
-    assert words in said.err
-    assert said.err.count("\n") == 1
+    ran = cli("map", *arguments)
+    assert ran.code == 2
+    assert words in ran.err
+    assert ran.err.count("\n") == 1
     assert not list(tmp_path.iterdir())
 
 
@@ -203,10 +203,10 @@ def _recording(path: Path, **changes: Any) -> None:
 )
 def test_a_recording_that_gives_no_map_says_why(cli: Cli, tmp_path: Path, changes: dict[str, Any], words: str) -> None:
     _recording(tmp_path / "bad.npz", **changes)
-    said = cli("map", "bad.npz", "-o", "map.yaml")
-    assert said.code == 2
-    assert words in said.err
-    assert said.err.count("\n") == 1
+    ran = cli("map", "bad.npz", "-o", "map.yaml")
+    assert ran.code == 2
+    assert words in ran.err
+    assert ran.err.count("\n") == 1
     assert [path.name for path in tmp_path.iterdir()] == ["bad.npz"]
     assert "true walls are known" in cli("map", "bad.npz", "-o", "map.yaml", "--check").err
 
@@ -221,9 +221,9 @@ def test_odometry_that_jumps_is_refused() -> None:
 
 def test_without_gtsam_one_line_says_what_to_install(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "gtsam", None)
-    said = cli("map", "oval", "-o", "map.yaml")
-    assert said.code == 2
-    assert "mapping needs gtsam: `make extras`" in said.err
+    ran = cli("map", "oval", "-o", "map.yaml")
+    assert ran.code == 2
+    assert "mapping needs gtsam: `make extras`" in ran.err
 
 
 def test_parameters_reach_the_core() -> None:
@@ -236,8 +236,8 @@ def test_parameters_reach_the_core() -> None:
 
 @pytest.mark.skipif(not SCANS.is_dir(), reason="the shared recordings are not here")
 def test_a_real_recording_gives_a_track_that_can_be_raced(cli: Cli) -> None:
-    said = cli("map", SCANS / "germany2022/germany2022.npz", "-o", "real.yaml", "--json")
-    assert said.code == 0, said.err
+    ran = cli("map", SCANS / "germany2022/germany2022.npz", "-o", "real.yaml", "--json")
+    assert ran.code == 0, ran.err
     track = load_track("real.yaml")
     assert track.length == pytest.approx(33.2, abs=0.7), "the length that its authors' centerline has"
     assert firstlap.race(track, laps=1).finished

@@ -1,4 +1,4 @@
-"""Odometry of recordings, of our races and of real cars, held against the scans, its poses and the commands."""
+"""The odometry check on recordings of simulated and real cars."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from said import Said
+from command_result import CommandResult
 
 from firstlap import Car, _core, load_car, load_setup, load_track, race
 from firstlap.cli import view
@@ -32,12 +32,12 @@ Fault = Callable[[Recording], Recording]
 
 
 def scaled(speed: float, yaw_rate: float) -> Fault:
-    """Measured speed and yaw rate times these."""
+    """The recording with scaled speed and yaw rate."""
     return lambda one: replace(one, states=one.states * np.array([speed, yaw_rate, 1.0]))
 
 
 def in_the_frame_of_the_map(one: Recording) -> Recording:
-    """The twist turned by the yaw of its poses."""
+    """The twist rotated by the yaw of its poses."""
     odometry = odometry_of(one)
     assert odometry is not None
     assert odometry.poses is not None
@@ -48,7 +48,7 @@ def in_the_frame_of_the_map(one: Recording) -> Recording:
 
 
 def without_poses(one: Recording) -> Recording:
-    """As drivers of wheel odometry that publish a twist and nothing else."""
+    """As from wheel odometry that only publishes a twist."""
     return replace(one, poses=None, odometry=None)
 
 
@@ -64,7 +64,7 @@ FAULTS = [
 
 @pytest.fixture(scope="module")
 def lap(tmp_path_factory: pytest.TempPathFactory) -> Recording:
-    """A lap of arena, logged; for the poses of its odometry serves the truth."""
+    """The log of a lap of arena, with true poses as odometry."""
     path = tmp_path_factory.mktemp("odometry") / "lap.mcap"
     race(load_track("arena"), "sure", laps=1, seed=2, record=path)
     recording = load_recording(path)
@@ -90,7 +90,7 @@ def test_replay_says_it_and_says_nothing_of_an_honest_race(lap: Recording) -> No
 
 @pytest.fixture(scope="module")
 def in_km_h(lap: Recording, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The same lap in a file whose speed is in km/h."""
+    """A file of the same lap with the speed in km/h."""
     path = tmp_path_factory.mktemp("km_h") / "lap.npz"
     angle_min, angle_increment = lap.headers[0, :2].tolist()
     np.savez(
@@ -105,20 +105,20 @@ def test_explain_says_it_too(in_km_h: Path) -> None:
     assert any("km/h instead of m/s" in one for one in moment.remarks)
 
 
-def test_view_says_it_too(cli: Callable[..., Said], in_km_h: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_view_says_it_too(cli: Callable[..., CommandResult], in_km_h: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("viser")
     monkeypatch.setattr(view, "_serve", lambda *_: 0)
-    said = cli("view", in_km_h, "--no-open")
-    assert said.code == 0, said.err
-    assert "km/h instead of m/s" in said.err
+    ran = cli("view", in_km_h, "--no-open")
+    assert ran.code == 0, ran.err
+    assert "km/h instead of m/s" in ran.err
 
 
-def test_map_says_it_too(cli: Callable[..., Said], in_km_h: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_map_says_it_too(cli: Callable[..., CommandResult], in_km_h: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     drawn = OccupancyMap(np.zeros((3, 3), dtype=np.uint8), 0.05, (0.0, 0.0, 0.0))
     monkeypatch.setattr(make, "map_observations", lambda *_, **__: SimpleNamespace(map=drawn, to_dict=dict))
-    said = cli("map", in_km_h, "-o", "map.yaml", "--json")
-    assert said.code == 0, said.err
-    assert any("km/h instead of m/s" in one for one in said.json["remarks"])
+    ran = cli("map", in_km_h, "-o", "map.yaml", "--json")
+    assert ran.code == 0, ran.err
+    assert any("km/h instead of m/s" in one for one in ran.json["remarks"])
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Races under other conditions: another car, and --option NAME=VALUE of the race and of what its car really is."""
+"""Races under other conditions: another car, and --option NAME=VALUE for the race and the true car."""
 
 from __future__ import annotations
 
@@ -56,9 +56,9 @@ def test_a_survey_drives_under_the_conditions_and_says_so(cli):
     assert (found["options"], found["car"]) == ({"start_offset": 0.3}, "nuc2")
     raced = cli("race", "oval", *QUICK, "--option", "start_offset=0.3", "--car", "nuc2").json
     assert found["tracks"][0]["best"] == raced["best"]
-    said = " ".join(cli(*arguments, "--car", "nuc2").out.split())
-    assert "car nuc2" in said
-    assert "start_offset 0.3" in said
+    output = " ".join(cli(*arguments, "--car", "nuc2").out.split())
+    assert "car nuc2" in output
+    assert "start_offset 0.3" in output
 
 
 def test_titles_of_plain_races_say_nothing_of_conditions(cli):
@@ -78,10 +78,10 @@ def test_titles_of_plain_races_say_nothing_of_conditions(cli):
 )
 @pytest.mark.parametrize("command", ["race", "survey"])
 def test_a_wrong_option_is_one_line_that_helps(cli, command, assignment, says):
-    said = cli(command, "oval", "--option", assignment)
-    assert (said.code, said.out) == (2, "")
-    assert re.fullmatch(r"error: .+\n", said.err)
-    assert says in said.err
+    ran = cli(command, "oval", "--option", assignment)
+    assert (ran.code, ran.out) == (2, "")
+    assert re.fullmatch(r"error: .+\n", ran.err)
+    assert says in ran.err
 
 
 def test_the_results_page_shows_conditions_apart(cli, tmp_path, capsys):
@@ -114,14 +114,14 @@ def test_bench_takes_any_track(cli, tmp_path):
 
 def test_a_race_that_ends_stuck_says_why(cli):
     blind = ("race", "oval", *QUICK[:-1], "--option", "lidar.dropout_rate=1")
-    said = cli(*blind, "--json")
-    assert said.code == 1
-    assert said.json["outcome"] == "stuck"
+    ran = cli(*blind, "--json")
+    assert ran.code == 1
+    assert ran.json["outcome"] == "stuck"
     reason = "0 of 1081 beams return a range between range_min 0.06 m and range_max 30 m; at least 4 are needed"
-    assert said.json["ending"] == {"status": "bad_scan", "scan_fault": "no_returns", "scan_reason": reason}
+    assert ran.json["ending"] == {"status": "bad_scan", "scan_fault": "no_returns", "scan_reason": reason}
     assert f"stuck after 3.00 s: last status bad_scan; last scan: {reason}" in cli(*blind).out
     failures = cli("survey", *blind[1:], "--seeds", 1, "--json").json["tracks"][0]["failures"]
-    assert failures[0]["ending"] == said.json["ending"]
+    assert failures[0]["ending"] == ran.json["ending"]
     assert cli("race", "oval", *QUICK).json["ending"] is None
 
 
@@ -141,23 +141,23 @@ def test_a_race_that_ends_stuck_says_why(cli):
 )
 def test_options_that_contradict_each_other_are_named_and_not_the_track(cli, command, option, says):
     given = [word for one in option.split() for word in ("--option", one)]
-    said = cli(command[0], "oval", *command[1:], *given, "--laps", 1)
-    assert said.code == 2
-    assert said.err == f"error: --option {', '.join(option.split())}: {says}\n"
+    ran = cli(command[0], "oval", *command[1:], *given, "--laps", 1)
+    assert ran.code == 2
+    assert ran.err == f"error: --option {', '.join(option.split())}: {says}\n"
 
 
 def test_a_car_file_that_contradicts_itself_is_named(cli, tmp_path):
     (tmp_path / "slow.yaml").write_text("lidar:\n  rate: 40\n  sweep_time: 0.05\n")
     for option in ("--car", "--lidar"):
-        said = cli("race", "oval", option, "slow.yaml")
-        assert (said.code, said.err.split(": ")[:2]) == (2, ["error", "slow.yaml"])
-        assert "lidar.sweep_time is 0.05, allowed at most one scan period" in said.err
+        ran = cli("race", "oval", option, "slow.yaml")
+        assert (ran.code, ran.err.split(": ")[:2]) == (2, ["error", "slow.yaml"])
+        assert "lidar.sweep_time is 0.05, allowed at most one scan period" in ran.err
 
 
 def test_a_start_beyond_a_wall_is_refused(cli):
-    said = cli("race", "oval", "--option", "start_offset=10")
+    ran = cli("race", "oval", "--option", "start_offset=10")
     why = "race: the car starts beyond a wall, 10 m left of the centerline"
-    assert (said.code, said.err) == (2, f"error: oval with race options start_offset=10: {why}\n")
+    assert (ran.code, ran.err) == (2, f"error: oval with race options start_offset=10: {why}\n")
 
 
 @pytest.mark.parametrize(
@@ -169,8 +169,8 @@ def test_a_start_beyond_a_wall_is_refused(cli):
     ],
 )
 def test_a_name_that_is_empty_is_answered_with_those_there_are(cli, option, says):
-    said = cli("race", "oval", option, "")
-    assert (said.code, said.err.startswith(f"error: {says}")) == (2, True), said.err
+    ran = cli("race", "oval", option, "")
+    assert (ran.code, ran.err.startswith(f"error: {says}")) == (2, True), ran.err
 
 
 @pytest.mark.parametrize(
@@ -182,5 +182,5 @@ def test_a_name_that_is_empty_is_answered_with_those_there_are(cli, option, says
     ],
 )
 def test_an_option_of_recordings_is_refused_with_a_track(cli, arguments, says):
-    said = cli(*arguments)
-    assert (said.code, said.err) == (2, f"error: {says}\n")
+    ran = cli(*arguments)
+    assert (ran.code, ran.err) == (2, f"error: {says}\n")

@@ -1,4 +1,5 @@
-"""A car that gets no good scans for a moment: what it remembers moves under it, and the brakes work on that."""
+"""A car without valid scans for a moment: it holds its path by odometry, and the stopping check uses the carried-over
+walls."""
 
 from __future__ import annotations
 
@@ -13,15 +14,15 @@ from firstlap.config.setup_file import load_setup
 from firstlap.sim.race import start_race
 
 SEEN = 3
-"""Scans that show the box before they go bad."""
+"""Number of scans that show the box before the invalid ones."""
 BLIND = 7
-"""Scans in a row that are bad then: less than the time that the car holds its path."""
+"""Number of consecutive invalid scans; shorter than the hold time."""
 NEAREST = 0.3
-"""[m] that the car keeps from the box, at least."""
+"""[m] Minimum distance from the box."""
 
 
 class Blinded:
-    """A racer whose scans go bad when a box has been in them for a moment. What `_core.CallbackDriver` calls."""
+    """A racer that gets invalid scans after a box has been visible for a moment; for `_core.CallbackDriver`."""
 
     def __init__(self, setup: str, blind: int) -> None:
         self.racer = _core.Racer(load_setup(setup).params(load_car("default").core))
@@ -44,7 +45,8 @@ class Blinded:
 
 
 def end_before_a_box(setup: str, sight: float, blind: int) -> tuple[str, float, int]:
-    """How the race to a box that bars the road ends, how near the car came to it, and for how many scans it held."""
+    """Outcome of a race with a box across the track, smallest distance to the box, and number of scans with status
+    holding."""
     driver = Blinded(setup, blind)
     options = {"obstacle_at": 60.0, "obstacle_sight": sight, "obstacle_width": 2.4, "obstacle_length": 0.1}
     race = start_race(

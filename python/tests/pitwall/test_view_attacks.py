@@ -1,4 +1,4 @@
-"""The pit wall under attack: floods, nonsense, a race that hangs, browsers that come after hours."""
+"""The pit wall under attack: floods, invalid messages, a hanging race, browsers that connect after hours."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ import pytest
 
 pytest.importorskip("viser", reason="the extra 'view' is not installed")
 
-from said import Said
+from command_result import CommandResult
 from viewing import CAMERA, Viewer, get, served, wait_until
 
 import firstlap
@@ -37,11 +37,11 @@ from firstlap.pitwall.sim_source import SimSource, scenery_of
 from firstlap.recordings import load_recording
 
 EVER = 300_000
-"""Messages that were sent before a browser comes."""
+"""Number of messages sent before a browser connects."""
 
 
 class Counted(dict[int, Any]):
-    """A buffer's messages, and how often one was looked for."""
+    """Counts the lookups in a buffer's messages."""
 
     looked = 0
 
@@ -122,7 +122,7 @@ def test_what_a_race_is_told_waits_for_it_and_holds_nobody_up() -> None:
     ours, theirs = multiprocessing.Pipe()
     box = Mailbox(ours)
     big = b"x" * 100_000
-    for i in range(200):  # 20 MB, of which no pipe takes more than a fraction
+    for i in range(200):  # 20 MB, much more than a pipe's buffer
         box.put(("setup", i, big))
         box.put(("condition", "friction", i))
         box.put(("condition", "pace", i))
@@ -139,7 +139,7 @@ def test_what_a_race_is_told_waits_for_it_and_holds_nobody_up() -> None:
 
 @pytest.fixture
 def race(arena: firstlap.Track, monkeypatch: pytest.MonkeyPatch) -> Iterator[SimSource]:
-    """One that drives; its silence is noticed sooner than otherwise."""
+    """A running race with a short response timeout."""
     monkeypatch.setattr(sim_source, "RESPONSE_TIMEOUT", 0.4)
     source = SimSource(arena, load_setup("sure"), load_car("default"))
     source.start()
@@ -155,7 +155,7 @@ def test_a_race_that_hangs_is_no_race_that_drives_and_restart_begins_another(rac
     wait_until(lambda: "does not respond: restart" in race.latest().message)  # type: ignore[union-attr]
     assert not race.latest().may_drive, "nobody may read that it drives"  # type: ignore[union-attr]
     began = time.monotonic()
-    for i in range(800):  # more than a pipe holds
+    for i in range(800):  # more than a pipe's buffer
         race.change({"velocity_profile.v_max": 3.0 + 0.001 * i})
         race.set_condition("world.mu_scale", 1.0 - 0.0001 * i)
     race.stop()
@@ -169,14 +169,14 @@ def test_a_race_that_hangs_is_no_race_that_drives_and_restart_begins_another(rac
 
 
 class StandIn:
-    """A source whose map comes late. setup, car: of a race that nobody drives."""
+    """A source whose map arrives late. setup, car: of a race that is not driven."""
 
     def __init__(self) -> None:
         self.title, self.car, self.scenery = "stand-in", load_car("default"), Scenery()
         self.setup = self.loaded = load_setup("sure")
 
     def latest(self) -> Frame | None:
-        """Nothing is driven."""
+        """Does nothing."""
         return None
 
 
@@ -203,14 +203,14 @@ def test_a_map_that_comes_late_is_drawn_and_another_one_takes_its_place(arena: f
 
 
 def fences(messages: list[dict[str, Any]]) -> list[str]:
-    """Walls that are made in these messages."""
+    """Names of the walls created by these messages."""
     return [m["name"] for m in messages if m["type"] == "MeshMessage" and m["name"].endswith("/walls/fence")]
 
 
 def test_who_asked_for_a_name_of_this_machine_may_use_it() -> None:
     authenticator = Authenticator()
     with served(authenticator, "localhost"):
-        authenticator.host = "pit-wall"  # as if it had been asked for, and were in this machine's hosts file
+        authenticator.host = "pit-wall"  # as if it were given by --host and in the hosts file
         assert get(authenticator, Host=f"pit-wall:{authenticator.port}")[0] == 200
         assert get(authenticator, Host=f"PIT-WALL:{authenticator.port}")[0] == 200
         assert get(authenticator, Host=f"other:{authenticator.port}")[0] == 403
@@ -224,22 +224,24 @@ def test_a_token_is_neither_short_nor_long_nor_unprintable(token: str) -> None:
         Authenticator(token)
 
 
-def test_a_namespace_is_for_ros_only(cli: Callable[..., Said]) -> None:
-    said = cli("view", "arena", "--namespace", "car1", "--no-open")
-    assert said.code == 2
-    assert "--namespace: has no effect without --ros" in said.err
+def test_a_namespace_is_for_ros_only(cli: Callable[..., CommandResult]) -> None:
+    ran = cli("view", "arena", "--namespace", "car1", "--no-open")
+    assert ran.code == 2
+    assert "--namespace: has no effect without --ros" in ran.err
 
 
 @pytest.mark.parametrize("name", ["a b", "../car", "1car", "car1//x", "k\u00e4fer", "/"])
-def test_a_namespace_that_ros_would_not_take_is_said_before_ros_starts(cli: Callable[..., Said], name: str) -> None:
-    said = cli("view", "--ros", "--namespace", name, "--no-open")
-    assert said.code == 2
-    assert said.err.startswith("error: --namespace: ")
+def test_a_namespace_that_ros_would_not_take_is_said_before_ros_starts(
+    cli: Callable[..., CommandResult], name: str
+) -> None:
+    ran = cli("view", "--ros", "--namespace", name, "--no-open")
+    assert ran.code == 2
+    assert ran.err.startswith("error: --namespace: ")
 
 
 @pytest.fixture
 def played(tmp_path: Path) -> Iterator[RecordingSource]:
-    """A lap of oval."""
+    """A recording of a lap of oval."""
     path = tmp_path / "race.mcap"
     firstlap.race(firstlap.load_track("oval"), "sure", laps=1, record=path)
     source = RecordingSource(load_recording(path), load_setup("sure"), load_car("default"))

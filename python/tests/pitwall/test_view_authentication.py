@@ -1,4 +1,4 @@
-"""The pit wall's authenticator over real sockets: who may come in, who may control, and what strangers cannot do."""
+"""The pit wall's authentication over real sockets: admission, roles, and refused requests."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ TOKEN = "green flag / 1"
 
 
 class House:
-    """A server whose controllers have a slider of their own, and who has come."""
+    """A server with a slider for viewers with control, and a list of connected viewers."""
 
     def __init__(self, authenticator: Authenticator, server: viser.ViserServer) -> None:
         self.authenticator = authenticator
@@ -46,12 +46,12 @@ class House:
             self.roles[client.client_id] = authenticator.role(client.client_id)
 
     def uuid(self, client_id: int) -> str:
-        """Of the slider of a controller."""
+        """The value of the slider of a viewer with control."""
         return self.sliders[client_id]._impl.uuid
 
     @contextlib.contextmanager
     def viewer(self, **how: str) -> Iterator[tuple[Viewer, int]]:
-        """One that has come in, and its number."""
+        """Connects a viewer; returns it and its id."""
         before = set(self.roles)
         viewer = Viewer(self.authenticator, **how).enter()
         wait_until(lambda: bool(set(self.roles) - before))
@@ -67,18 +67,18 @@ def house(token: str | None) -> Iterator[House]:
 
 @pytest.fixture(scope="module")
 def open_house() -> Iterator[House]:
-    """On this machine, where everybody may control."""
+    """A local server, where everybody has control."""
     yield from house(None)
 
 
 @pytest.fixture(scope="module")
 def locked_house() -> Iterator[House]:
-    """Where a token is needed."""
+    """A server that requires a token."""
     yield from house(TOKEN)
 
 
 def cookie_from(authenticator: Authenticator, address: str | None) -> str:
-    """What a browser that opens the address comes back with."""
+    """The response and cookie for an address."""
     assert address is not None
     status, _, headers = get(authenticator, address[address.index("/?") :])
     assert status == 200
@@ -343,7 +343,7 @@ def test_watchers_cannot_lock_out_who_controls(locked_house: House) -> None:
     with pytest.raises(InvalidStatus, match="503"):
         Viewer(authenticator, cookie=watch)
     room = VIEWERS - WATCHERS
-    # The last one takes a watcher's place.
+    # The last one displaces a read-only viewer.
     controllers = [Viewer(authenticator, cookie=control).enter() for _ in range(room + 1)]
     with pytest.raises(ConnectionClosed):
         for _ in range(1000):

@@ -1,4 +1,4 @@
-"""Laps by pose alone."""
+"""Laps timed by poses alone."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ ROUND = 2.0 * math.pi * RADIUS
 
 
 def drive(book: LapBook, meters: float, speed: float = 3.0, start: float = 0.0, time: float = 0.0) -> float:
-    """Round a circle about the origin from an arc length on; the time at its end."""
+    """Drives along a circle around the origin from an arc length on; returns the end time."""
     steps = round(meters / (speed * PERIOD))
     for i in range(steps + 1):
         angle = (start + i * speed * PERIOD) / RADIUS
@@ -24,7 +24,7 @@ def drive(book: LapBook, meters: float, speed: float = 3.0, start: float = 0.0, 
 
 
 def stand(book: LapBook, time: float = -1.0) -> None:
-    """At the beginning, for a second."""
+    """Stands still at the start for a second."""
     for i in range(40):
         book.add(time + i * PERIOD, (RADIUS, 0.0, 0.5 * math.pi), 0.0)
 
@@ -58,7 +58,7 @@ def test_the_smallest_clearance_is_of_its_own_lap() -> None:
 def test_the_wrong_way_far_beside_the_line_or_after_too_short_a_way_is_no_lap() -> None:
     book = LapBook()
     stand(book)
-    for i in range(20):  # over the line and back, and over it again
+    for i in range(20):  # across the line, back, and across it again
         y = 0.5 * math.sin(i)
         book.add(i * PERIOD, (RADIUS, y, 0.5 * math.pi), 1.0)
     assert book.laps == ()
@@ -71,7 +71,7 @@ def test_the_wrong_way_far_beside_the_line_or_after_too_short_a_way_is_no_lap() 
     book = LapBook()
     stand(book)
     time = drive(book, 0.9 * ROUND)
-    for i in range(80):  # rolls over it backwards, its nose the other way
+    for i in range(80):  # rolls backward across it, facing the other direction
         book.add(time + i * PERIOD, (RADIUS, -2.0 + 0.1 * i, -0.5 * math.pi), 4.0)
     assert book.laps == ()
 

@@ -1,4 +1,4 @@
-"""The pit wall's controls, moved over a real websocket as the page moves them."""
+"""The pit wall's controls, operated over a real WebSocket like the page does."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ pytestmark = pytest.mark.filterwarnings("ignore:Queued a .* on a closed connecti
 
 
 class Wall:
-    """A server with one source; every viewer has a panel, which is updated as the app does."""
+    """A server with one source; every viewer has a panel that is updated as by the app."""
 
     def __init__(self, authenticator: Authenticator, server: viser.ViserServer, folder: Path) -> None:
         self.authenticator = authenticator
@@ -65,7 +65,7 @@ class Wall:
 
     @contextlib.contextmanager
     def viewer(self) -> Iterator[Page]:
-        """One that sees its controls."""
+        """Connects a viewer with a page."""
         self.made.clear()
         before = len(self.panels)
         viewer = Viewer(self.authenticator).enter()
@@ -78,7 +78,7 @@ class Wall:
 
 
 class Page:
-    """What a page shows: the newest properties of every element."""
+    """The state of a page: the newest properties of every element."""
 
     def __init__(self, viewer: Viewer) -> None:
         self.viewer = viewer
@@ -88,7 +88,7 @@ class Page:
         self.updates = 0
 
     def look(self, seconds: float = 0.0) -> Page:
-        """Takes in what was sent."""
+        """Processes received messages."""
         for message in self.viewer.heard(seconds or 0.06):
             kind = message["type"]
             if kind == "GuiUpdateMessage":
@@ -106,50 +106,50 @@ class Page:
         return self
 
     def until(self, condition: Any, seconds: float = 4.0) -> None:
-        """Looks until it is so."""
+        """Waits for a condition."""
         end = time.monotonic() + seconds
         while not condition():
             assert time.monotonic() < end, "never shown"
             self.look()
 
     def find(self, label: str) -> str | None:
-        """The element whose label begins so, whether marked as changed or not."""
+        """The element whose label starts with this text, marked as changed or not."""
         labels = {uuid: (element.get("label") or "") for uuid, element in self.elements.items()}
         return next((uuid for uuid, text in labels.items() if text.removeprefix(controls.MARK).startswith(label)), None)
 
     def uuid(self, label: str) -> str:
-        """That must be there."""
+        """The uuid of an existing element."""
         found = self.find(label)
         assert found is not None, f"no {label}"
         return found
 
     def see(self, label: str) -> dict[str, Any]:
-        """Its properties."""
+        """The properties of an element."""
         return self.elements[self.uuid(label)]
 
     def value(self, label: str) -> object:
-        """None where it is not there."""
+        """The value of an element; None without it."""
         found = self.find(label)
         return None if found is None else self.elements[found]["value"]
 
     def move(self, label: str, *values: Any) -> None:
-        """A slider, a box, a choice."""
+        """Changes the value of an element."""
         for value in values:
             self.see(label)["value"] = value
             self.viewer.update(self.uuid(label), value)
 
     def press(self, label: str) -> None:
-        """A button."""
+        """Clicks a button."""
         self.viewer.update(self.uuid(label), True)
 
     def text(self) -> str:
-        """All HTML."""
+        """All HTML of the page."""
         return " ".join(str(e["content"]) for e in self.elements.values() if "content" in e)
 
 
 @pytest.fixture(scope="module")
 def whole_wall(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Wall]:
-    """Started once."""
+    """The server, started once."""
     authenticator = Authenticator()
     with served(authenticator) as server:
         wall = Wall(authenticator, server, tmp_path_factory.mktemp("setups"))
@@ -160,14 +160,14 @@ def whole_wall(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Wall]:
 
 @pytest.fixture(scope="module")
 def whole_page(whole_wall: Wall) -> Iterator[Page]:
-    """Of one viewer who stays."""
+    """The page of a permanent viewer."""
     with whole_wall.viewer() as page:
         yield page
 
 
 @pytest.fixture
 def wall(whole_wall: Wall, monkeypatch: pytest.MonkeyPatch) -> Wall:
-    """With a car as it was loaded, and less patience than people need."""
+    """With the loaded setup, and shorter delays."""
     monkeypatch.setattr(controls, "SETTLING_TIME", 0.2)
     monkeypatch.setattr(controls, "HOLD", 0.1)
     whole_wall.source.anew()
@@ -176,7 +176,7 @@ def wall(whole_wall: Wall, monkeypatch: pytest.MonkeyPatch) -> Wall:
 
 @pytest.fixture
 def page(wall: Wall, whole_page: Page) -> Page:
-    """That shows what was loaded."""
+    """A page with the loaded values."""
     setup = wall.source.setup
     labels = {f"{field.name} {field.unit}".strip(): setup.get(field.key) for field in setup.fields.fields}
     whole_page.until(lambda: all(whole_page.value(label) == value for label, value in labels.items()))

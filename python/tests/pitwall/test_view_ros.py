@@ -1,4 +1,4 @@
-"""What the pit wall makes of messages, without ROS: traces, places, walls of a map."""
+"""Handling of messages by the pit wall, without ROS: traces, poses, walls of a map."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from firstlap.ros.map_walls import walls_of
 
 
 def odometry(stamp: float, x: float, yaw: float, frame: str, speed: float = 1.0) -> Any:
-    """As nav_msgs/Odometry has it."""
+    """A message like nav_msgs/Odometry."""
     turn = SimpleNamespace(x=0.0, y=0.0, z=math.sin(0.5 * yaw), w=math.cos(0.5 * yaw))
     whole = math.floor(stamp)
     return SimpleNamespace(
@@ -74,7 +74,7 @@ def test_the_nearest_return_is_measured_from_the_cars_body() -> None:
 
 
 def grid(cells: Any, yaw: float = 0.0) -> Any:
-    """As nav_msgs/OccupancyGrid has it; 0.1 m, its corner at (1, 2)."""
+    """A message like nav_msgs/OccupancyGrid: resolution 0.1 m, corner at (1, 2)."""
     table = np.asarray(cells, dtype=np.int8)
     turn = SimpleNamespace(x=0.0, y=0.0, z=math.sin(0.5 * yaw), w=math.cos(0.5 * yaw))
     origin = SimpleNamespace(position=SimpleNamespace(x=1.0, y=2.0), orientation=turn)
@@ -85,7 +85,7 @@ def grid(cells: Any, yaw: float = 0.0) -> Any:
 def test_the_walls_of_a_map_lie_round_its_occupied_cells() -> None:
     cells = np.zeros((20, 30))
     cells[5:10, 10:20] = 100
-    cells[15, 3] = -1  # unknown is no wall
+    cells[15, 3] = -1  # unknown cells are not walls
     (wall,) = walls_of(grid(cells))
     np.testing.assert_allclose(wall.min(axis=0), [2.0, 2.5], atol=1e-9)
     np.testing.assert_allclose(wall.max(axis=0), [3.0, 3.0], atol=1e-9)

@@ -1,4 +1,4 @@
-"""The pit wall's drawings: what is in the scene, that nothing of it grows, and what plots and tables say."""
+"""The pit wall's drawings: content of the scene, bounded memory, plots and tables."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ DRIVERS = ("local", "gap", "disparity", "pid")
 
 @pytest.fixture(scope="module")
 def server() -> Iterator[viser.ViserServer]:
-    """One for all."""
+    """One server for all tests."""
     with served(Authenticator()) as opened:
         yield opened
 
@@ -54,7 +54,7 @@ def frames(arena: firstlap.Track) -> dict[str, Frame]:
 
 @pytest.fixture
 def scene(server: viser.ViserServer, arena: firstlap.Track) -> Scene:
-    """The arena's."""
+    """The scenery of arena."""
     server.scene.reset()
     return Scene(server, scenery_of(arena), load_car("default"))
 
@@ -65,7 +65,7 @@ def driven(track: firstlap.Track, driver: str, steps: int) -> Frame:
 
 
 def shown(server: viser.ViserServer, name: str) -> Any:
-    """The thing of that name, where it can be seen."""
+    """The object of that name, if it is visible."""
     handle = server.scene.get_handle_by_name(name)
     assert handle is not None, name
     return handle if handle.visible else None
@@ -133,7 +133,7 @@ def heading(vector: np.ndarray) -> float:
 def test_nothing_that_changes_with_the_car_has_a_pose_of_its_own(
     scene: Scene, server: Any, frames: dict[str, Frame]
 ) -> None:
-    """A browser shows new poses one picture before new points."""
+    """A browser renders new poses one frame before new points."""
     for name, frame in frames.items():
         for pose in ((1.0, 2.0, 0.5), (2.0, 1.0, -0.5)):
             scene.show(replace(frame, pose=pose, steering_angle=pose[2]))
@@ -302,7 +302,7 @@ def test_the_running_lap_is_timed_from_where_its_source_says(
     assert "1.2</td>" in table._html.content
 
 
-# Nothing grows.
+# Bounded memory.
 
 
 def test_nothing_grows_over_200_frames(scene: Scene, server: Any, arena: firstlap.Track) -> None:
@@ -321,7 +321,7 @@ def test_nothing_grows_over_200_frames(scene: Scene, server: Any, arena: firstla
         if i % 4 == 0:
             plots.draw(frame)
     assert nodes(server) == names
-    assert buffered(server) <= messages + len(names)  # at most what was not shown before is shown or hidden
+    assert buffered(server) <= messages + len(names)  # only objects that were not shown before may be shown or hidden
     assert all(tuple(map(len, chart.data)) == (STEPS,) * len(chart.data) for chart in plots._charts)
 
 
@@ -346,7 +346,7 @@ def test_plots_show_nothing_for_the_time_before_there_was_anything(frames: dict[
         history.add(replace(frames["local"], time=time, speed=2.0))
     speed = history.sampled()[1][:, 2]
     assert np.isfinite(speed).sum() == 1 + (STEPS - 1) // int(SECONDS)
-    history.add(replace(frames["local"], time=3.0))  # the recording was wound back
+    history.add(replace(frames["local"], time=3.0))  # the recording was rewound
     assert np.isfinite(history.sampled()[1][:, 2]).sum() == 1
 
 
@@ -368,7 +368,7 @@ def test_a_plot_is_given_numbers_only() -> None:
 def test_a_curve_without_values_hides_none_that_has_some() -> None:
     for plot in PLOTS:
         assert "" in plot.curves[-1].names, plot.title
-        assert plot.curves[-1].value is not _so_far  # no recording has it
+        assert plot.curves[-1].value is not _so_far  # recordings do not have it
 
 
 def test_the_terms_of_the_steering_are_plotted_in_degrees(frames: dict[str, Frame]) -> None:
@@ -401,7 +401,7 @@ def test_compose_and_inverse_undo_each_other() -> None:
 
 @pytest.fixture(scope="module")
 def wall(arena: firstlap.Track) -> Iterator[tuple[App, Authenticator]]:
-    """A whole pit wall with a race."""
+    """A complete pit wall with a race."""
     source, authenticator = Racing(arena), Authenticator()
     server = authenticator.open(port=0)
     app = App(source, server, authenticator, None)
@@ -442,7 +442,7 @@ def test_a_click_means_the_place_on_the_map_in_every_mode(wall: tuple[App, Authe
     assert point.on_map((1.0, 0.0, 9.0), down) == pytest.approx((4.0, 1.0))  # a meter east of it
     point.choose(FREE)
     assert point.on_map((1.0, 0.0, 9.0), down) == pytest.approx((1.0, 0.0))
-    assert client.camera.position[:2] == pytest.approx((3.0, 1.0), abs=0.01)  # what was in the middle stays there
+    assert client.camera.position[:2] == pytest.approx((3.0, 1.0), abs=0.01)  # the center of the view is unchanged
     point.overview()
     assert point.on_map((0.0, 0.0, 9.0), (0.0, 0.0, 1.0)) is None
     viewer.close()
@@ -452,14 +452,14 @@ def test_a_frame_that_cannot_be_shown_is_said_once_and_the_next_one_is_shown(
     wall: tuple[App, Authenticator], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     app, _ = wall
-    said: list[str] = []
+    output: list[str] = []
 
     def broken(_frame: Frame) -> None:
-        said.append("")
+        output.append("")
         raise ValueError("no good\nframe")
 
     monkeypatch.setattr(app.scene, "show", broken)
-    wait_until(lambda: len(said) > 3)
+    wait_until(lambda: len(output) > 3)
     monkeypatch.undo()
     before = len(app._frame_times), app._frame_times[-1] if app._frame_times else 0.0
     wait_until(lambda: bool(app._frame_times) and app._frame_times[-1] > before[1])
@@ -478,9 +478,9 @@ def test_a_closed_pit_wall_leaves_no_thread_and_says_nothing(
     app.close()
     viewer.close()
     wait_until(lambda: set(threading.enumerate()) <= before)
-    said = capfd.readouterr()
-    assert said.out == ""
-    assert said.err == ""
+    ran = capfd.readouterr()
+    assert ran.out == ""
+    assert ran.err == ""
 
 
 def test_every_layer_has_a_node_and_a_word_of_explanation(scene: Scene, server: Any) -> None:

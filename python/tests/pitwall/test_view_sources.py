@@ -1,4 +1,4 @@
-"""What the pit wall shows: a simulated race in its process, and a recording that is played and planned anew."""
+"""Sources of the pit wall: a simulated race in its process, and a recording with playback and changed parameters."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from said import Said
+from command_result import CommandResult
 
 import firstlap
 from firstlap.cli import view
@@ -40,11 +40,11 @@ from firstlap.sim.race import race
 from firstlap.sim.race_process import bare, packed
 
 LONG = 20.0
-"""[s] after which a test has failed."""
+"""[s] Timeout of waits."""
 
 
 def wait(what: Callable[[], Any], seconds: float = LONG) -> Any:
-    """The first true answer."""
+    """Waits for the first true result."""
     end = time.monotonic() + seconds
     while time.monotonic() < end:
         found = what()
@@ -55,7 +55,7 @@ def wait(what: Callable[[], Any], seconds: float = LONG) -> Any:
 
 
 def shown(source: Any, what: Callable[[Frame], bool]) -> Frame:
-    """The first frame that is so."""
+    """Waits for the first frame that satisfies the condition."""
     return wait(lambda: (frame := source.latest()) and what(frame) and frame)
 
 
@@ -71,7 +71,7 @@ def sim_race(track: firstlap.Track, setup: str = "sure", **values: float) -> Sim
     return made
 
 
-# The race itself, in this process.
+# SimRace, in this process.
 
 
 @pytest.mark.parametrize("computing", [0.0, 0.01, 0.06])
@@ -207,12 +207,12 @@ def test_conditions_are_rows_of_the_core_with_the_loaded_cars_values() -> None:
     assert conditions.get("delay_extra") == 0.1
 
 
-# The race in its process.
+# SimSource, with its race process.
 
 
 @pytest.fixture(scope="module")
 def source() -> Iterator[SimSource]:
-    """Fast; every test leaves it driving."""
+    """A fast race; every test leaves it driving."""
     made = SimSource(firstlap.load_track("arena"), load_setup("sure"), load_car("default"), pace=20.0)
     assert made.latest() is None
     made.start()
@@ -333,7 +333,7 @@ def test_who_asks_for_nothing_holds_nothing_up(arena: firstlap.Track) -> None:
     ours.recv()
     ours.send(("timing",))
     ours.recv()
-    for _ in range(20):  # more than the pipe holds, and nobody reads
+    for _ in range(20):  # more than the pipe's buffer, without a reader
         ours.send(("ask", 0, 0))
         asks += 1
         time.sleep(0.03)
@@ -343,7 +343,7 @@ def test_who_asks_for_nothing_holds_nothing_up(arena: firstlap.Track) -> None:
         frames += 1
     assert 1 <= frames <= asks
     assert len(message[1]) >= 12, "at 40 Hz it would be 24"
-    ours.close()  # the viewer's process is gone
+    ours.close()  # the viewer's process has ended
     life.close()
     process.join(LONG)
     assert process.exitcode == 0
@@ -426,7 +426,7 @@ def test_a_race_whose_process_died_says_so_and_begins_anew(source: SimSource) ->
 
 @pytest.fixture(scope="module")
 def recording(tmp_path_factory: pytest.TempPathFactory) -> Recording:
-    """Two laps of arena."""
+    """A recording of two laps of arena."""
     path = tmp_path_factory.mktemp("recording") / "race.mcap"
     race(firstlap.load_track("arena"), "sure", laps=2, record=path)
     return load_recording(path)
@@ -434,7 +434,7 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Recording:
 
 @pytest.fixture
 def played(recording: Recording) -> Iterator[RecordingSource]:
-    """It stands at its first scan."""
+    """A source, paused at its first scan."""
     made = RecordingSource(recording, load_setup("sure"), load_car("default"))
     made.pause()
     made.start()
@@ -446,7 +446,7 @@ def played(recording: Recording) -> Iterator[RecordingSource]:
 
 
 def fresh(recording: Recording, setup: Setup, scan: int) -> dict[str, Any]:
-    """What a driver of this setup makes of the scan, after the seconds before it."""
+    """The trace of a driver with this setup for the scan, after the previous seconds."""
     racer = firstlap.Racer(setup, load_car("default"))
     for i in range(begin_of_memory(recording, scan), scan + 1):
         step_core(racer.core, recording.scan(i), recording.state(i), float(recording.dts[i]))
@@ -559,16 +559,16 @@ def test_laps_of_a_recording_come_from_its_poses(played: RecordingSource, record
     ],
 )
 def test_what_cannot_be_shown_is_said_in_one_line(
-    cli: Callable[..., Said], arguments: tuple[str, ...], words: str
+    cli: Callable[..., CommandResult], arguments: tuple[str, ...], words: str
 ) -> None:
     pytest.importorskip("viser")
     Path("empty.npz").touch()
     for name in ("damaged.mcap", "damaged.npz"):
         Path(name).write_bytes(b"nothing of that kind" * 10)
-    said = cli("view", *arguments, "--no-open")
-    assert said.code == 2
-    assert words in said.err
-    assert said.err.count("\n") == 1
+    ran = cli("view", *arguments, "--no-open")
+    assert ran.code == 2
+    assert words in ran.err
+    assert ran.err.count("\n") == 1
 
 
 def test_without_a_wish_the_next_free_port_is_taken(capsys: pytest.CaptureFixture[str]) -> None:
@@ -586,7 +586,7 @@ def test_without_a_wish_the_next_free_port_is_taken(capsys: pytest.CaptureFixtur
             server.close()
 
 
-def test_the_command_serves_until_ctrl_c(cli: Callable[..., Said], tmp_path: Path) -> None:
+def test_the_command_serves_until_ctrl_c(cli: Callable[..., CommandResult], tmp_path: Path) -> None:
     pytest.importorskip("viser")
     command = [sys.executable, "-c", "from firstlap_command import main; main()", "view"]
     with subprocess.Popen(
@@ -602,12 +602,12 @@ def test_the_command_serves_until_ctrl_c(cli: Callable[..., Said], tmp_path: Pat
             assert taken.code == 2
             assert f"port {port} is in use" in taken.err
             process.send_signal(signal.SIGINT)
-            _, said = process.communicate(timeout=LONG)
+            _, output = process.communicate(timeout=LONG)
         finally:
             process.kill()
-        assert process.returncode == 0, said
-        assert "Traceback" not in said
-        assert "leaked" not in said
+        assert process.returncode == 0, output
+        assert "Traceback" not in output
+        assert "leaked" not in output
 
 
 def test_after_a_stop_the_race_shows_the_command_that_is_sent(arena: firstlap.Track) -> None:
@@ -619,7 +619,7 @@ def test_after_a_stop_the_race_shows_the_command_that_is_sent(arena: firstlap.Tr
     for _ in range(4):
         race.tick()
     frame = race.frame()
-    assert frame.trace["result"][0] > 0.0  # the driver would drive on
+    assert frame.trace["result"][0] > 0.0  # the driver itself still commands a speed
     assert frame.sent is not None and frame.sent[0] == 0.0
     race.go()
     assert race.frame().sent is None
@@ -634,5 +634,5 @@ def test_a_simulated_car_may_have_another_lidar_and_a_recording_has_its_own(
     lidar = served[0].car.core.values()["lidar"]
     assert (served[0].car.name, lidar["beams"]) == ("default with ld19", 455)
     assert cli("race", "oval", "--laps", 1, "--record", "race.mcap").code == 0
-    said = cli("view", "race.mcap", "--lidar", "ld19", "--no-open")
-    assert (said.code, said.err) == (2, "error: --lidar: has no effect with a recording\n")
+    ran = cli("view", "race.mcap", "--lidar", "ld19", "--no-open")
+    assert (ran.code, ran.err) == (2, "error: --lidar: has no effect with a recording\n")

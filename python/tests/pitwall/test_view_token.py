@@ -1,4 +1,4 @@
-"""Where the pit wall's token comes from: never from the command line, which every user of a machine sees."""
+"""Sources of the pit wall's token; never the command line, which all users of a machine can read."""
 
 from __future__ import annotations
 
@@ -34,6 +34,6 @@ def test_a_file_that_is_none_is_one_line(tmp_path: Path) -> None:
 
 
 def test_the_command_line_takes_no_token(cli) -> None:
-    said = cli("view", "oval", "--token", "green flag / 1")
-    assert said.code == 2
-    assert "--token-file" in said.err
+    ran = cli("view", "oval", "--token", "green flag / 1")
+    assert ran.code == 2
+    assert "--token-file" in ran.err

@@ -1,4 +1,4 @@
-"""The racing line: closed forms, laws, and that the car fits on it."""
+"""The racing line: closed forms, laws, and clearance of the car."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def mirrored(track: Track) -> Track:
 
 
 def ellipse(line: RaceLine, limits: Limits) -> np.ndarray:
-    """How much of the ellipse is used, by the acceleration before and after each point."""
+    """Utilization of the friction ellipse, by the acceleration before and after each point."""
     lateral = line.speed**2 * line.path.curvature / limits.grip.lateral
     used = []
     for accel in (line.acceleration, np.roll(line.acceleration, 1)):
@@ -66,7 +66,7 @@ def test_an_annulus_gives_the_circle_at_the_inner_wall():
     inner, outer = 3.0, 4.6
     line = make_line(annulus(inner, outer), CAR, QUICK)
     limits = limits_of(CAR, QUICK)
-    # base_link is where the flank's nearest point, level with the rear axle, keeps the margin.
+    # At the rear axle, the side of the car keeps the margin.
     radius = inner + 0.155 + QUICK.margin
     assert line.path.curvature == pytest.approx(np.full(len(line.speed), 1.0 / radius), rel=0.02)
     assert line.length == pytest.approx(2.0 * math.pi * radius, rel=0.003)
@@ -218,14 +218,14 @@ def test_a_tight_fit_is_said(tmp_path: Path):
 
 
 def test_the_command_writes_line_and_picture(cli):
-    said = cli(
+    ran = cli(
         "line", "oval", "-o", "oval.csv", "--plot", "oval.png", "--margin", "0.15", "--set", "spacing=0.3", "--json"
     )
-    assert said.code == 0, said.err
-    assert said.json["min_clearance"] == pytest.approx(0.15, abs=0.012)
-    assert said.json["set"] == {"line.margin": 0.15, "line.spacing": 0.3}
+    assert ran.code == 0, ran.err
+    assert ran.json["min_clearance"] == pytest.approx(0.15, abs=0.012)
+    assert ran.json["set"] == {"line.margin": 0.15, "line.spacing": 0.3}
     assert Path("oval.png").stat().st_size > 10_000
-    assert read_line("oval.csv").lap_time == pytest.approx(said.json["lap_time"], abs=1e-3)
+    assert read_line("oval.csv").lap_time == pytest.approx(ran.json["lap_time"], abs=1e-3)
 
 
 @pytest.mark.parametrize(
@@ -239,9 +239,9 @@ def test_the_command_writes_line_and_picture(cli):
     ],
 )
 def test_the_command_refuses_bad_input(arguments, message, cli):
-    said = cli("line", *arguments)
-    assert said.code == 2
-    assert message in said.err
+    ran = cli("line", *arguments)
+    assert ran.code == 2
+    assert message in ran.err
     assert not Path("oval.csv").exists()
 
 

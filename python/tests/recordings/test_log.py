@@ -1,4 +1,4 @@
-"""Logs of races and replays: standard messages that other programs read, and that replay to the same commands."""
+"""Logs of races and replays: standard messages, whose replay gives the same commands."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ EXTRA = {"/scan", "/odom", "/joint_states", "/drive", "/tf", "/tf_static", "/gro
 
 @pytest.fixture(scope="module")
 def logged(tmp_path_factory: pytest.TempPathFactory) -> tuple[firstlap.RaceResult, Path]:
-    """A race of a lap with its log."""
+    """A race of one lap with its log."""
     path = tmp_path_factory.mktemp("log") / "race.mcap"
     setup = firstlap.load_setup("sure").with_values({"k_ang": 0.6180339887498949, "v_max": 4.1})
     return firstlap.race(firstlap.load_track("oval"), setup, laps=1, seed=5, record=path), path
@@ -94,7 +94,7 @@ def test_a_race_whose_driver_skips_scans_replays_to_the_same(tmp_path):
     driven = replay(recording, recording.about.setup, recording.about.car).driven
     assert np.array_equal(driven.steering_angle.astype(np.float32), recording.commands.steering_angle)
     assert np.array_equal(driven.speed.astype(np.float32), recording.commands.speed)
-    # Every scan's pose is the one that was true when it was taken.
+    # Every scan's pose is the true one at its time.
     numbers = np.round((recording.start + recording.stamps) / 0.025).astype(int) - 1
     assert np.allclose(recording.poses[:, 0], result.path["x"][numbers], atol=1e-12)
 
@@ -113,12 +113,12 @@ def test_the_log_of_a_replay_replays_to_the_same(tmp_path):
 
 def test_the_command_line_replays_a_log_with_its_own_setup_and_says_so(cli):
     assert "log: a.mcap" in cli("race", "oval", "--setup", "base", "--laps", 1, "--record", "a.mcap").out
-    said = cli("replay", "a.mcap", "--json", "--record", "b.mcap")
-    assert said.code == 0
-    assert said.json["setup"] == "base"
-    assert said.json["recorded"]["steering_angle"]["p95"] < 1e-7
-    assert "setup base, from the log" in said.json["remarks"]
-    assert len(load_recording("b.mcap")) == said.json["scans"]
+    ran = cli("replay", "a.mcap", "--json", "--record", "b.mcap")
+    assert ran.code == 0
+    assert ran.json["setup"] == "base"
+    assert ran.json["recorded"]["steering_angle"]["p95"] < 1e-7
+    assert "setup base, from the log" in ran.json["remarks"]
+    assert len(load_recording("b.mcap")) == ran.json["scans"]
     other = cli("replay", "a.mcap", "--setup", "race", "--json").json
     assert other["setup"] == "race"
     assert other["recorded"]["steering_angle"]["p95"] > 1e-3
@@ -146,14 +146,14 @@ def test_another_programs_reader_finds_standard_messages(logged):
     assert np.array_equal(truth, np.column_stack([result.path["x"], result.path["y"]]))
     assert [m.transforms[0].child_frame_id for m in seen["/tf_static"]] == ["laser"]
     assert seen["/tf_static"][0].transforms[0].transform.translation.x == 0.27
-    # A scan is stamped at its first ray, 18.75 ms before its last, which all else is of.
+    # A scan is stamped at its first beam, 18.75 ms before its last, to which all other data belong.
     sweep = 1080 * seen["/scan"][0].time_increment
     assert sweep == pytest.approx(0.01875)
     for message, odometry in zip(seen["/scan"], seen["/odom"], strict=True):
         first, last = ((m.header.stamp.sec + 1e-9 * m.header.stamp.nanosec) for m in (message, odometry))
         assert last - first == pytest.approx(sweep, abs=2e-9)
         assert message.scan_time == pytest.approx(0.025)
-    # The two transforms of a scan, one after the other, lead to the true pose.
+    # The composition of a scan's two transforms is the true pose.
     for message, x, y in list(zip(seen["/tf"], result.path["x"], result.path["y"], strict=True))[::50]:
         odom, base = (t.transform for t in sorted(message.transforms, key=lambda t: t.header.frame_id))
         yaw = 2.0 * np.arctan2(odom.rotation.z, odom.rotation.w)
@@ -271,9 +271,9 @@ def test_a_log_that_cannot_be_written_is_one_line(cli, tmp_path):
     if not Path("/dev/full").exists():
         pytest.skip("no device that is full")
     (tmp_path / "full.mcap").symlink_to("/dev/full")
-    said = cli("race", "oval", "--setup", "base", "--laps", 1, "--record", "full.mcap")
-    assert said.code == 2
-    assert said.err == "error: full.mcap: cannot be written (No space left on device); the log ends there\n"
+    ran = cli("race", "oval", "--setup", "base", "--laps", 1, "--record", "full.mcap")
+    assert ran.code == 2
+    assert ran.err == "error: full.mcap: cannot be written (No space left on device); the log ends there\n"
 
 
 def test_a_log_whose_own_record_is_broken_is_still_a_recording(tmp_path):

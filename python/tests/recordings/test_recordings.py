@@ -1,4 +1,4 @@
-"""Recordings: every format alike, topics by type, and whatever can be wrong with a file."""
+"""Recordings: equal results for all formats, selection of topics, and damaged files."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ needs_scans = pytest.mark.skipif(not SCANS.is_dir(), reason="the real recordings
 
 
 def remarks(recording: Recording) -> str:
-    """All of them in one line."""
+    """All remarks in one line."""
     return " | ".join(recording.remarks)
 
 
@@ -147,7 +147,7 @@ def test_the_lasers_mounting_comes_from_the_frame_tree(tmp_path, topic):
     recording = load_recording(laser_bag(tmp_path / "a", upside_down, topic))
     assert recording.laser == pytest.approx((0.2, 0.03, 0.5 * np.pi, True))
     step = 1.5 * np.pi / 270
-    # Upside down its first beam, to its right, points to the car's left, and all are turned by a quarter.
+    # Upside down, its first beam points to the car's left instead of right; all beams are rotated by 90 degrees.
     assert recording.headers[0, :2] == pytest.approx([0.75 * np.pi + 0.5 * np.pi, -step], rel=1e-6)
     assert "LiDAR mounting: 0.2 m ahead and 0.03 m left of base_link, rotated by 90°, upside down, from /tf" in (
         remarks(recording)
@@ -234,7 +234,7 @@ def test_steering_of_a_numpy_file_in_degrees_is_not_used_either(tmp_path):
 
 
 def shifted(items: list[bags.Entry], topic: str, by: int) -> list[bags.Entry]:
-    """The stamps of a topic on another clock: [ns] later."""
+    """The messages with the stamps of a topic on another clock, [ns] later."""
     for item in items:
         if item.topic == topic:
             stamp = item.message.header.stamp
@@ -276,7 +276,7 @@ def test_a_scan_is_of_the_moment_of_its_last_ray(tmp_path):
     recording = load_recording(bags.write_rosbag2(tmp_path / "a", items))
     assert recording.start == pytest.approx(bags.START + 0.02, abs=1e-6)
     assert recording.speed[:-1] == pytest.approx(1.0 + np.arange(59) + 0.02 / bags.PERIOD, abs=1e-4)
-    # A sweep that takes longer than the scans are apart cannot be.
+    # A sweep cannot take longer than the scan period.
     for item in items:
         if item.topic == "/scan":
             item.message.time_increment = 0.1 / 270
@@ -344,7 +344,7 @@ def test_no_scan_inside_tells_what_is(tmp_path):
 
 
 def with_stamps(stamps: list[int], logged: list[int]) -> list[bags.Entry]:
-    """Scans with stamps and times of logging in units of the scan period."""
+    """Scans with stamps and log times in units of the scan period."""
     return [
         bags.Entry("/scan", bags.SCAN, bags.nanoseconds(log), bags.scan(bags.nanoseconds(stamp), bags.corridor(seed=i)))
         for i, (stamp, log) in enumerate(zip(stamps, logged, strict=True))
@@ -399,7 +399,7 @@ def test_scans_that_do_not_fit_their_own_header_are_left_out_and_counted(tmp_pat
 
 
 def with_scans(change: Callable[[object, int], None], count: int = 40) -> list[bags.Entry]:
-    """A corridor whose scans were changed; change(message, index)."""
+    """A corridor with modified scans, by change(message, index)."""
     items = bags.entries(count)
     for i, item in enumerate(item for item in items if item.topic == "/scan"):
         change(item.message, i)
@@ -430,10 +430,10 @@ def backward_time(message: object, _: int) -> None:
 def test_scans_that_the_planner_would_refuse_are_refused_with_the_judges_reason(cli, tmp_path, change, words):
     path = bags.write_rosbag2(tmp_path / "a", with_scans(change))
     for command in (("replay", path), ("explain", path, "--scan", 0)):
-        said = cli(*command)
-        assert said.code == 2
-        assert "no valid scan in /scan: " in said.err
-        assert words in said.err
+        ran = cli(*command)
+        assert ran.code == 2
+        assert "no valid scan in /scan: " in ran.err
+        assert words in ran.err
 
 
 def test_single_scans_that_see_nothing_stay_and_are_said(tmp_path):
@@ -464,7 +464,7 @@ def test_a_laser_that_looks_back_is_refused_until_it_is_said_how_it_is_mounted(t
 
 
 def narrow(message: object, _: int) -> None:
-    """Sixty degrees to either side."""
+    """A field of view of 60 degrees to either side."""
     message.angle_min, message.angle_max = -np.pi / 3, np.pi / 3  # type: ignore[attr-defined]
     message.angle_increment = 2.0 * np.pi / 3 / 270  # type: ignore[attr-defined]
 
@@ -528,7 +528,7 @@ def test_a_chunk_that_is_cut_off_is_read_as_far_as_it_goes(tmp_path, packed):
 
 
 def chunked_mcap(path: Path, packed: bool, count: int = 200) -> tuple[Path, list[tuple[int, int]]]:
-    """A finished file of many chunks; where each begins and ends."""
+    """A finished file of many chunks, and the offsets of each."""
     from mcap.reader import make_reader
     from mcap.writer import CompressionType, Writer
 
@@ -559,7 +559,7 @@ def test_a_damaged_chunk_is_left_out_and_said_and_the_next_ones_are_read(tmp_pat
     bad = {0, *dice.sample(range(1, len(chunks)), 2)}  # the first one explains the channels
     for index in bad:
         begin, end = chunks[index]
-        # Seed 0: the record's own length; it cannot be believed then.
+        # Seed 0 damages the record's length, which is then implausible.
         at = begin + 1 + dice.randrange(8) if seed == 0 else dice.randrange(begin + 60, end)
         data[at] ^= 1 + dice.randrange(255)
     path.write_bytes(data)
@@ -601,7 +601,7 @@ def test_any_cut_is_said(tmp_path, kind):
 
 
 def unfinished_mcap(path: Path, chunk_size: int, packed: bool = True, count: int = 60) -> Path:
-    """A file of chunks without its end, as a writer leaves it that is killed."""
+    """A file of chunks without its end, as left by a killed writer."""
     from mcap.writer import CompressionType, Writer
 
     from firstlap.recordings.messages import typestore
@@ -637,16 +637,16 @@ HOPELESS = {
 @pytest.mark.parametrize("name", HOPELESS)
 def test_hopeless_files_are_refused_in_one_line(cli, tmp_path, name):
     (tmp_path / name).write_bytes(HOPELESS[name])
-    said = cli("replay", name)
-    assert said.code == 2
-    assert said.out == ""
-    assert said.err.startswith("error: ")
-    assert said.err.count("\n") == 1
-    assert name in said.err
-    assert "Error" not in said.err
+    ran = cli("replay", name)
+    assert ran.code == 2
+    assert ran.out == ""
+    assert ran.err.startswith("error: ")
+    assert ran.err.count("\n") == 1
+    assert name in ran.err
+    assert "Error" not in ran.err
     what = {"mcap": "an MCAP file", "db3": "an SQLite database", "npz": "an .npz recording", "bag": "a ROS 1 bag"}
     if name.startswith("noise"):
-        assert f"not {what[name.rpartition('.')[2]]}" in said.err
+        assert f"not {what[name.rpartition('.')[2]]}" in ran.err
 
 
 def test_a_numpy_file_that_is_cut_off_is_called_so(tmp_path):
@@ -771,7 +771,7 @@ def test_real_recordings_with_poses_have_them_in_the_map(name, scans, laser_x):
     assert recording.laser == (laser_x, 0.0, 0.0, False)
     assert recording.poses is not None
     assert recording.poses.shape == (scans, 3)
-    # The speed made from odometry fits the poses of the map.
+    # The speed from odometry is consistent with the poses in the map.
     way = float(np.sum(np.abs(recording.speed) * recording.dts * (recording.dts < 0.5)))
     steps = np.hypot(*np.diff(recording.poses[:, :2], axis=0).T)
     assert way == pytest.approx(float(np.sum(steps[recording.dts[1:] < 0.5])), rel=0.1)

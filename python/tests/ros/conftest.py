@@ -27,25 +27,25 @@ else:
     REASON = None
 
 LIMIT = 0.3
-"""[s] from a fault to the command to stop."""
+"""[s] Maximum time from a fault to the stop command."""
 SETS_OFF = 0.25
-"""[s] from consent to the first command to move, before it is given again."""
+"""[s] Time from consent to the first motion command, before consent is repeated."""
 SILENT = 0.5
-"""[s] without a command."""
+"""[s] Time without a command that counts as silence."""
 
 
 FAST = 20.0
-"""[m/s] of the simulated car, which nobody stands beside."""
+"""[m/s] Speed limit of the simulated car."""
 
 
 def split(arguments: tuple[str, ...]) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """What is ours, and what follows --ros-args."""
+    """Splits arguments into those of the command and ROS arguments."""
     at = arguments.index("--ros-args") if "--ros-args" in arguments else len(arguments)
     return arguments[:at], arguments[at + 1 :]
 
 
 class Lab:
-    """Processes in one domain, and a probe that hears and speaks."""
+    """Processes in one domain, and a probe node."""
 
     sim: Running
     drive: Running
@@ -59,21 +59,21 @@ class Lab:
         self.probe = Probe(self.domain)
 
     def start(self, *arguments: str) -> Running:
-        """Runs a command of ours."""
+        """Runs a firstlap command."""
         self.running.append(Running(self.folder, self.domain, *arguments))
         return self.running[-1]
 
     def start_sim(self, *arguments: str) -> None:
-        """The simulator that the tests share, or another in its place."""
+        """Starts the shared simulator, or replaces it."""
         self.sim = self.start("sim", *(arguments or ("arena",)))
 
     def start_drive(self, *arguments: str) -> None:
-        """The driver that the tests share, or another in its place: it drives by itself, as fast as its setup."""
+        """Starts the shared driving node, or replaces it: with consent in advance and a high speed limit."""
         ours, ros = split(arguments)
         self.drive = self.start("drive", "--go", *ours, "--ros-args", "-p", f"speed_limit:={FAST}", *ros)
 
     def well(self) -> None:
-        """Both run, the driver is active, and the car moves: as the next test wants it."""
+        """Restores the state for the next test: both nodes run, the driver is active, and the car moves."""
         for one in (self.sim, self.drive):
             one.send(signal.SIGCONT)
         if self.sim.over:
@@ -81,24 +81,24 @@ class Lab:
         if self.drive.over:
             self.start_drive()
         if not self.probe.moves():
-            self.probe.trigger("/reset")  # a test may have left it at a wall
+            self.probe.trigger("/reset")  # the car may be at a wall after the previous test
         self.resume()
 
     def until(self, condition: Callable[[], Any], what: str, seconds: float = PATIENCE) -> Any:
-        """Spins the probe until it holds; fails with what all processes said."""
+        """Spins the probe until a condition holds; fails with the output of all processes."""
         deadline = time.monotonic() + seconds
         while not (found := condition()):
             if time.monotonic() > deadline:
-                raise AssertionError(f"never: {what}\n" + "\n".join(one.said[-3000:] for one in self.running))
+                raise AssertionError(f"never: {what}\n" + "\n".join(one.output[-3000:] for one in self.running))
             self.probe.spin(0.01)
         return found
 
     def driving(self, drive: str = "/drive", faster_than: float = 0.5) -> None:
-        """Until the car is commanded to move."""
+        """Waits until the car is commanded to move."""
         self.until(lambda: self.probe.speed(drive) > faster_than, f"{drive} moves")
 
     def resume(self, drive: str = "/drive", node: str = "/firstlap_drive") -> None:
-        """The driver's consent, until the car moves: a busy machine may stop it again at once."""
+        """Gives consent until the car moves: on a busy machine it may stop again immediately."""
 
         def moves() -> bool:
             heard = self.probe.commands[drive]
@@ -112,25 +112,25 @@ class Lab:
         self.until(moves, f"{drive} moves again")
 
     def goes_on(self, *spaces: str) -> None:
-        """A busy machine may starve a node until it stops: the driver consents again. For conditions that wait."""
+        """Repeats consent after stops caused by a busy machine, while waiting for a condition."""
         for space in spaces or ("",):
             heard = self.probe.commands[f"{space}/drive"]
-            # One that died while it drove has left its last command, and the next one waits for a person.
+            # After a node died while driving, its last command remains, and the next node waits for consent.
             if heard and (heard[-1].speed == 0.0 or self.silent(f"{space}/drive")):
                 self.probe.trigger(f"{space}/firstlap_drive/go")
         self.probe.spin(0.05)
 
     def driven(self, condition: Callable[[], Any], what: str, *spaces: str, seconds: float = PATIENCE) -> Any:
-        """Waits as `until` for cars that are kept driving."""
+        """Waits as `until`, while cars are kept driving."""
         return self.until(lambda: (self.goes_on(*spaces), condition())[1], what, seconds)
 
     def silent(self, drive: str = "/drive") -> bool:
-        """Whether no command has come for a while."""
+        """Whether no command has arrived for a while."""
         heard = self.probe.commands[drive]
         return not heard or time.monotonic() - heard[-1].time > SILENT
 
     def waits(self) -> dict[str, int]:
-        """{thread of a node or of the probe: [ns] so far that it was ready to run and the machine did not let it}."""
+        """Run-queue wait time [ns] of each thread of the nodes and the probe."""
         found = {}
         for process in (os.getpid(), *(one.process.pid for one in self.running if not one.over)):
             for file in Path(f"/proc/{process}/task").glob("*/schedstat"):
@@ -139,12 +139,12 @@ class Lab:
         return found
 
     def kept_since(self, before: dict[str, int]) -> float:
-        """[s] that the machine kept them waiting since, at most: threads may have waited at the same time."""
+        """Upper bound of the run-queue wait time [s] since then; threads may have waited simultaneously."""
         return 1e-9 * sum(wait - before.get(thread, 0) for thread, wait in self.waits().items())
 
     def stops_in_time(self, fault: Callable[[], object], drive: str = "/drive", known: bool = False) -> None:
-        """A fault is made; a stop must be commanded within LIMIT and what the machine kept the nodes waiting. known:
-        the fault is there as soon as `fault` begins, not when it has returned."""
+        """Injects a fault; a stop must be commanded within LIMIT plus the run-queue wait time. known: the fault is
+        effective when `fault` starts, not when it returns."""
         heard = self.probe.commands[drive]
         waits, since = self.waits(), time.monotonic()
         fault()
@@ -158,14 +158,14 @@ class Lab:
         assert late <= LIMIT + kept, f"stopped after {late:.3f} s, of which the machine took at most {kept:.3f} s"
 
     def stays_stopped(self, commands: int, drive: str = "/drive") -> None:
-        """So many more come, and none but to stand."""
+        """Waits for a number of further commands, all of which must be stops."""
         heard = self.probe.commands[drive]
         before = len(heard)
         self.until(lambda: len(heard) >= before + commands, "more stops")
         assert {one.speed for one in heard[before:]} == {0.0}
 
     def close(self) -> None:
-        """Ends everything."""
+        """Ends all processes."""
         for one in reversed(self.running):
             one.end()
         self.probe.close()
@@ -175,7 +175,7 @@ def _lab(folder: Path) -> Iterator[Lab]:
     if REASON:
         pytest.skip(REASON)
     with pytest.MonkeyPatch.context() as patch, own_domain() as domain:
-        patch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "SYSTEM_DEFAULT")  # as the profile has it
+        patch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "SYSTEM_DEFAULT")  # as in the profile
         patch.setenv("FASTDDS_DEFAULT_PROFILES_FILE", str(Path(__file__).with_name("loopback.xml")))
         lab = Lab(folder, domain)
         try:
@@ -192,13 +192,13 @@ def lab(tmp_path: Path) -> Iterator[Lab]:
 
 @pytest.fixture(scope="session")
 def lab_of(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Iterator[Lab]]:
-    """Makes a domain for the tests of one file."""
+    """Makes a lab for the tests of one file."""
     return lambda name: _lab(tmp_path_factory.mktemp(name))
 
 
 @pytest.fixture(scope="session")
 def lapping_lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Lab]:
-    """A domain with a car that laps, for all tests that leave it so."""
+    """A lab with a driving car, for all tests that restore this state."""
     for lab in _lab(tmp_path_factory.mktemp("lab")):
         lab.start_sim()
         lab.start_drive()
@@ -208,6 +208,6 @@ def lapping_lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Lab]:
 
 @pytest.fixture
 def shared_lab(lapping_lab: Lab) -> Lab:
-    """The car that laps, well again whatever the test before did to it."""
+    """The driving car, restored after the previous test."""
     lapping_lab.well()
     return lapping_lab

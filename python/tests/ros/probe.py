@@ -1,4 +1,4 @@
-"""A node of the tests: hears what is commanded, changes parameters, calls services, presses buttons."""
+"""A node of the tests: receives commands, changes parameters, calls services, presses buttons."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from rclpy.qos import qos_profile_sensor_data
 from std_srvs.srv import Trigger
 
 PRESENT = 0.5
-"""[s] that a command is of the present."""
+"""[s] Maximum age of a current command."""
 AGAIN = 2.0
-"""[s] without an answer after which a service is asked again."""
+"""[s] Time without a response after which a service is called again."""
 
 
 class Heard(NamedTuple):
-    """A command: when it came [s, time.monotonic()], and what it asks for."""
+    """A command with its time of arrival [s, time.monotonic()]."""
 
     time: float
     speed: float
@@ -30,7 +30,7 @@ class Heard(NamedTuple):
 
 
 class Probe:
-    """In its own context of a domain."""
+    """Runs in its own context in a domain."""
 
     def __init__(self, domain: int) -> None:
         self.context = rclpy.Context()
@@ -45,11 +45,11 @@ class Probe:
         self.hear_drive("/drive")
 
     def spin(self, seconds: float) -> None:
-        """Handles what comes."""
+        """Handles received messages."""
         self.executor.spin_once(timeout_sec=seconds)
 
     def hear_drive(self, topic: str) -> None:
-        """Keeps the commands on a topic."""
+        """Records the commands on a topic."""
         heard = self.commands.setdefault(topic, [])
 
         def on_drive(message: Any) -> None:
@@ -58,23 +58,23 @@ class Probe:
         self.node.create_subscription(AckermannDriveStamped, topic, on_drive, 10)
 
     def hear(self, kind: Any, topic: str, qos: Any = qos_profile_sensor_data) -> list[Any]:
-        """The messages of a topic, as they come."""
+        """Records the messages of a topic."""
         if topic not in self.messages:  # once: a second subscription would count every message twice
             self.messages[topic] = []
             self.node.create_subscription(kind, topic, self.messages[topic].append, qos)
         return self.messages[topic]
 
     def speed(self, topic: str = "/drive") -> float:
-        """Last commanded; 0 before anything was."""
+        """The last commanded speed; 0 before the first command."""
         return self.commands[topic][-1].speed if self.commands[topic] else 0.0
 
     def moves(self, topic: str = "/drive") -> bool:
-        """Whether somebody commands it to move at present."""
+        """Whether the current command is to move."""
         heard = self.commands[topic]
         return bool(heard) and heard[-1].speed > 0.5 and time.monotonic() - heard[-1].time < PRESENT
 
     def publisher(self, kind: Any, topic: str) -> Any:
-        """A publisher that somebody listens to."""
+        """A publisher with a subscriber."""
         if topic not in self._publishers:
             self._publishers[topic] = self.node.create_publisher(
                 kind, topic, 1, event_callbacks=PublisherEventCallbacks(use_default_callbacks=False)
@@ -84,7 +84,7 @@ class Probe:
         return self._publishers[topic]
 
     def call(self, kind: Any, name: str, request: Any, again: bool = True, seconds: float = 60.0) -> Any:
-        """The answer of a service. again: may be asked twice."""
+        """Calls a service. again: it may be called twice."""
         if name not in self._clients:
             self._clients[name] = self.node.create_client(kind, name)
         client = self._clients[name]
@@ -96,7 +96,7 @@ class Probe:
         asked = time.monotonic()
         while not (done := [future for future in futures if future.done()]):
             assert time.monotonic() < deadline, f"no answer from {name}"
-            if again and time.monotonic() - asked > AGAIN:  # the one who was asked is dead, and nobody knows it yet
+            if again and time.monotonic() - asked > AGAIN:  # the server has died, which discovery does not know yet
                 asked = time.monotonic()
                 futures.append(client.call_async(request))
             self.spin(0.01)
@@ -107,13 +107,13 @@ class Probe:
         return self.call(Trigger, name, Trigger.Request())
 
     def change_state(self, transition: int, name: str = "/firstlap_drive") -> bool:
-        """Whether a lifecycle transition was made."""
+        """Requests a lifecycle transition; returns whether it succeeded."""
         request = ChangeState.Request()
         request.transition.id = transition
         return bool(self.call(ChangeState, f"{name}/change_state", request, again=False).success)
 
     def set(self, node: str, **values: Any) -> list[str]:
-        """Sets parameters (double underscores are dots); the reasons why not, empty where they were taken."""
+        """Sets parameters (double underscores are dots); returns the reasons of refusals, empty if accepted."""
         parameters = [Parameter(name=name.replace("__", "."), value=_value(value)) for name, value in values.items()]
         answer = self.call(SetParameters, f"{node}/set_parameters", SetParameters.Request(parameters=parameters))
         return [one.reason if not one.successful else "" for one in answer.results]

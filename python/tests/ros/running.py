@@ -1,4 +1,4 @@
-"""Commands of ours as processes of their own, forked from one that has imported everything: starts cost nothing."""
+"""Runs firstlap commands in processes that are forked from one with all imports, so that they start fast."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ FORKS.set_forkserver_preload(
 
 
 def _command(arguments: tuple[str, ...], log: str, folder: str, environment: dict[str, str]) -> None:
-    """In the new process: as the console script has it."""
+    """Runs the command in the new process, like the console script."""
     os.environ.update(environment)
     os.chdir(folder)
     out = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_APPEND)
@@ -43,7 +43,7 @@ def _command(arguments: tuple[str, ...], log: str, folder: str, environment: dic
 
 
 class Running:
-    """A command of ours; its output goes to a file."""
+    """A running firstlap command; its output goes to a file."""
 
     def __init__(self, folder: Path, domain: int, *arguments: str) -> None:
         self.log = folder / f"{arguments[0]}-{len(list(folder.iterdir()))}.log"
@@ -60,27 +60,27 @@ class Running:
         self.process.start()
 
     @property
-    def said(self) -> str:
+    def output(self) -> str:
         """Its output so far."""
         return self.log.read_text()
 
     @property
     def over(self) -> bool:
-        """Whether it has ended."""
+        """Whether the process has ended."""
         return self.process.exitcode is not None
 
     def send(self, number: int) -> None:
-        """A signal."""
+        """Sends a signal."""
         if not self.over:
             os.kill(self.process.pid, number)
 
     def wait(self, seconds: float = PATIENCE) -> int | None:
-        """Its exit code."""
+        """Waits for the exit code."""
         self.process.join(seconds)
         return self.process.exitcode
 
     def end(self) -> None:
-        """However it stands."""
+        """Ends the process in any state."""
         self.send(signal.SIGCONT)
         self.send(signal.SIGTERM)
         if self.wait(10.0) is None:

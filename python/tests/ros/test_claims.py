@@ -1,4 +1,4 @@
-"""Of two driving nodes on one topic one gives way, whatever they start with."""
+"""Of two driving nodes on one topic one yields, from any initial state."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from firstlap.ros.claims import LASTS, Claim, Claims, decode
 
 
 def pair() -> tuple[Claims, Claims]:
-    """The one that was born first, and the other."""
+    """The claims of the first and the second node."""
     return Claims(1, "/a"), Claims(2, "/b")
 
 

@@ -1,4 +1,4 @@
-"""What the driving node computes in the thread that drives: every callback is short, and nothing is imported there."""
+"""The driving node's callbacks in the driving thread: all are short, and none imports anything."""
 
 from __future__ import annotations
 
@@ -33,8 +33,7 @@ pytestmark = pytest.mark.dds
 
 TRACES = f"/firstlap_drive/{TRACE}"
 LIMIT = 0.02
-"""[s] of CPU time of the thread, however busy the machine is: less than the period of a scan of 40 Hz. One import of a
-part of numpy took 0.046 s."""
+"""[s] Maximum CPU time of a callback: less than a scan period at 40 Hz. One import of a part of numpy took 0.046 s."""
 STEPS = 400
 PERIOD = 0.025
 MAX_AGE = 5.0
@@ -54,7 +53,7 @@ PARAMETERS = {
 
 
 class Bench:
-    """A driving node and somebody who watches it, in this process; calls its callbacks and keeps their CPU times."""
+    """A driving node and a subscriber in this process; calls the callbacks and records their CPU times."""
 
     def __init__(self, domain: int) -> None:
         self.context = rclpy.Context()
@@ -77,18 +76,18 @@ class Bench:
         self.times: dict[Any, list[float]] = {}
 
     def call(self, callback: Callable[..., Any], *arguments: Any) -> Any:
-        """One callback, timed."""
+        """Calls and times a callback."""
         began = time.thread_time()
         found = callback(*arguments)
         self.times.setdefault(callback, []).append(time.thread_time() - began)
         return found
 
     def ask(self, callback: Callable[..., Any]) -> Any:
-        """One of a service."""
+        """Calls and times a service callback."""
         return self.call(callback, Trigger.Request(), Trigger.Response())
 
     def sense(self, i: int) -> None:
-        """What the sensors say at step i, and what the timers do meanwhile."""
+        """Sensor messages and timers of step i."""
         node, stamp = self.node, self.began + PERIOD * i
         speed, yaw_rate = self.states[i % len(self.states)]
         x, y, yaw = self.pose
@@ -113,14 +112,14 @@ class Bench:
             self.call(node.health.publish)
 
     def missed(self) -> list[Any]:
-        """Callbacks that the node has and that were never called."""
+        """Callbacks of the node that were never called."""
         node = self.node
         ours = [*node.subscriptions, *node.timers, *node.services]
         callbacks = {one.callback for one in ours if getattr(one.callback, "__module__", "").startswith("firstlap")}
         return [one for one in callbacks if one not in self.times]
 
     def close(self) -> None:
-        """Leaves."""
+        """Destroys the nodes."""
         self.watcher.destroy_node()
         self.node.destroy_node()
         rclpy.shutdown(context=self.context)
@@ -128,7 +127,7 @@ class Bench:
 
 @pytest.fixture
 def bench(tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
-    """In a domain of its own."""
+    """A bench in a separate domain."""
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
     monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     with own_domain() as domain:
@@ -146,14 +145,14 @@ def test_no_callback_takes_long_and_none_imports_anything(bench: Bench, monkeypa
             time.sleep(0.02)
     pause_gc()
     before = set(sys.modules)
-    bench.began = node.now() - 0.9 * MAX_AGE  # it runs faster than time
+    bench.began = node.now() - 0.9 * MAX_AGE  # the test runs faster than real time
     bench.call(node.on_deadman, Joy(buttons=[0, 0]))
     for i in range(20):
         bench.sense(i)
     assert bench.ask(node.on_go).success, node.refusal
     for i in range(20, STEPS):
         bench.sense(i)
-        if not node.watchdog.armed:  # the machine kept this process from running
+        if not node.watchdog.armed:  # the machine paused this process
             assert bench.ask(node.on_go).success
         if i % 100 == 50:
             values = [

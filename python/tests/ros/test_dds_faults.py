@@ -1,4 +1,4 @@
-"""Every fault of a source, with real processes: the car is told to stop within 0.3 s and stays stopped."""
+"""All faults of sources, with real processes: the car is stopped within 0.3 s and stays stopped."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ pytestmark = pytest.mark.dds
 
 Act = Callable[[], object]
 ATTEMPTS = 5
-"""Where a busy machine starved a node just before the fault, the stop is for that, and the fault is made again."""
+"""Number of attempts: if a busy machine caused a stop just before the fault, the fault is repeated."""
 
 FAULTS: dict[str, tuple[dict[str, Any], str]] = {
     "no scan": ({"drop_scans": 1.0}, "no scan for"),
@@ -22,23 +22,23 @@ FAULTS: dict[str, tuple[dict[str, Any], str]] = {
     "stamps from the future": ({"stamp_offset": 2.0}, "in the future"),
     "backward stamps": ({"backward_stamps": True}, "before the last one"),
     "a flood of NaN": ({"nan_scans": True}, "0 of 1081 beams return"),
-    "odometry of NaN": ({"nan_odometry": True}, "it is not finite"),
+    "odometry of NaN": ({"nan_odometry": True}, "not finite"),
     "a scan that hardly has a beam": ({"scan_beams": 1}, "1 beams; at least 2"),
     "a frame that does not exist": ({"scan_frame": "nowhere"}, "no transform from base_link to nowhere"),
     "scans that come late": ({"delay": 0.5}, "no scan for"),
 }
-"""What the simulator does wrong, and what the driving node says of it."""
+"""Faults of the simulator, and the driving node's reason for the stop."""
 
 
 def made_good(wrong: dict[str, Any]) -> dict[str, Any]:
-    """The same parameters as they are by default."""
+    """The same parameters with their defaults."""
     from firstlap.ros.names import FAULTS as ROWS
 
     return {row.name: row.default for row in ROWS if row.name in wrong}
 
 
 def stops(lab: Any, fault: Act, undo: Act, reason: str, lasts: bool = True, known: bool = False) -> None:
-    """The stop comes in time, for that reason; nothing but consent ends it, and none is taken while the fault lasts."""
+    """The stop is in time and for the right reason; only consent ends it, and it is refused while the fault lasts."""
     for _attempt in range(ATTEMPTS):
         lab.well()
         lab.stops_in_time(fault, known=known)
@@ -46,9 +46,9 @@ def stops(lab: Any, fault: Act, undo: Act, reason: str, lasts: bool = True, know
         assert not (lasts and lab.probe.trigger("/firstlap_drive/resume").success), "consent while the fault lasts"
         undo()
         lab.stays_stopped(25)
-        if reason in (said := lab.drive.said.rpartition("stopped: ")[2]):
+        if reason in (output := lab.drive.output.rpartition("stopped: ")[2]):
             return
-    raise AssertionError(said)
+    raise AssertionError(output)
 
 
 @pytest.mark.parametrize("fault", FAULTS)

@@ -1,4 +1,4 @@
-"""A simulator and drivers in processes of their own lap over DDS, in real time."""
+"""A simulator and drivers in separate processes complete laps over DDS, in real time."""
 
 from __future__ import annotations
 
@@ -27,20 +27,20 @@ pytestmark = pytest.mark.dds
 LAP_TOLERANCE = 0.02
 MOST_LAPS = 5
 PATIENT = {"scan_timeout": 1.0, "odom_timeout": 1.0, "pause_limit": 1.0}
-"""So that a busy machine does not stop a car whose laps are looked at."""
+"""Long timeouts, so that a busy machine does not stop the car."""
 STRICT = {"scan_timeout": 0.0, "odom_timeout": 0.0, "pause_limit": 0.2}
 
 
-def laps_in(said: str, car: str = "car") -> list[float]:
-    """[s] of the laps that a simulator told of."""
-    return [float(time) for time in re.findall(rf"^{car}: lap \d+ in ([\d.]+) s", said, re.MULTILINE)]
+def laps_in(output: str, car: str = "car") -> list[float]:
+    """Lap times [s] in a simulator's output."""
+    return [float(time) for time in re.findall(rf"^{car}: lap \d+ in ([\d.]+) s", output, re.MULTILINE)]
 
 
 def test_sure_laps_arena_without_contact_as_fast_as_in_the_plain_simulator(shared_lab: Any) -> None:
     lab = shared_lab
     assert set(lab.probe.set("/firstlap_drive", **PATIENT)) == {""}
     assert lab.probe.trigger("/reset").success
-    before, stops_before = len(lab.sim.said), lab.drive.said.count("stopped:")
+    before, stops_before = len(lab.sim.output), lab.drive.output.count("stopped:")
     markers = lab.probe.hear(MarkerArray, "/firstlap_drive/markers")
     diagnostics = lab.probe.hear(DiagnosticArray, "/diagnostics", 10)
     plain = firstlap.race(firstlap.load_track("arena"), "sure", laps=2).laps[1].time
@@ -54,13 +54,13 @@ def test_sure_laps_arena_without_contact_as_fast_as_in_the_plain_simulator(share
     assert "read-only" in lab.probe.set("/firstlap_drive", driver="gap")[0]
 
     def agrees() -> bool:
-        laps = laps_in(lab.sim.said[before:])[1:]
+        laps = laps_in(lab.sim.output[before:])[1:]
         assert len(laps) < MOST_LAPS, f"laps of {laps} s, in the plain simulator {plain:.3f} s"
         return any(abs(lap - plain) <= LAP_TOLERANCE * plain for lap in laps)
 
     lab.until(agrees, "a flying lap as long as in the plain simulator", 150.0)
-    assert "contact" not in lab.sim.said[before:]
-    assert lab.drive.said.count("stopped:") == stops_before
+    assert "contact" not in lab.sim.output[before:]
+    assert lab.drive.output.count("stopped:") == stops_before
     told = {value.key: value.value for value in diagnostics[-1].status[0].values}
     assert {"driver", "missed scans", "step [us] p50", "scan to drive [ms] p99", "scan rate [Hz]"} <= set(told)
     assert set(lab.probe.set("/firstlap_drive", **STRICT)) == {""}
@@ -93,7 +93,7 @@ def test_a_kick_turns_the_car_at_once_and_it_drives_on(shared_lab: Any) -> None:
     lab = shared_lab
     truth = lab.probe.hear(Odometry, "/ground_truth/odom")
     lab.driven(lambda: truth and truth[-1].twist.twist.linear.x > 1.5, "a car that drives")
-    before, said = len(truth), len(lab.sim.said)
+    before, output = len(truth), len(lab.sim.output)
     assert lab.probe.trigger("/kick").message == "kicked"
 
     def kicked() -> bool:
@@ -102,7 +102,7 @@ def test_a_kick_turns_the_car_at_once_and_it_drives_on(shared_lab: Any) -> None:
 
     lab.until(kicked, "a yaw rate that no steering makes within a scan")
     lab.driven(lambda: len(truth) > before + 80, "two seconds")
-    assert "contact" not in lab.sim.said[said:]
+    assert "contact" not in lab.sim.output[output:]
 
 
 def test_an_initial_pose_puts_the_car_there_and_it_drives_on_from_there(shared_lab: Any) -> None:
@@ -122,10 +122,10 @@ def test_an_initial_pose_puts_the_car_there_and_it_drives_on_from_there(shared_l
     place.publish(message)
     lab.until(lambda: away() < 0.02, "the car is there")
     assert yaw_of(truth[-1].pose.pose.orientation) == pytest.approx(yaw_of(there.orientation), abs=0.02)
-    said = len(lab.sim.said)
+    output = len(lab.sim.output)
     lab.resume()
     lab.driven(lambda: away() > 2.0, "the car drives on")
-    assert "contact" not in lab.sim.said[said:]
+    assert "contact" not in lab.sim.output[output:]
 
 
 def test_two_cars_in_their_namespaces_see_each_other_and_lap(lab: Any) -> None:
@@ -163,10 +163,10 @@ def test_two_cars_in_their_namespaces_see_each_other_and_lap(lab: Any) -> None:
         source.close()
 
     def lapped() -> bool:
-        return all(laps_in(lab.sim.said, car) for car in ("car1", "car2"))
+        return all(laps_in(lab.sim.output, car) for car in ("car1", "car2"))
 
     lab.driven(lapped, "a lap of each", "/car1", "/car2", seconds=150.0)
-    assert "contact" not in lab.sim.said
+    assert "contact" not in lab.sim.output
 
 
 def test_a_stack_for_f1tenth_gym_ros_finds_its_names_and_a_driver_can_use_them(lab: Any) -> None:
@@ -195,7 +195,7 @@ def test_simulated_time_runs_at_a_factor_the_driver_follows_it_and_stops_when_it
     lab.driven(lambda: truth[-1].pose.pose.position.x > x + 4.0, "the car has driven 4 m")
     passed = clock[-1].clock.sec - sim_began.sec + 1e-9 * (clock[-1].clock.nanosec - sim_began.nanosec)
     assert 0.0 < passed <= 0.5 * (time.monotonic() - began) + 0.1, "never faster than the factor"
-    assert "contact" not in lab.sim.said
+    assert "contact" not in lab.sim.output
     lab.resume()
     lab.stops_in_time(lambda: lab.sim.send(signal.SIGSTOP), known=True)
-    assert re.search(r"stopped: (/clock has not advanced|no scan)", lab.drive.said)
+    assert re.search(r"stopped: (/clock has not advanced|no scan)", lab.drive.output)

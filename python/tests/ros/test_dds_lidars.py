@@ -1,4 +1,4 @@
-"""LiDARs as people have them: slow ones, ones whose scans differ in length, ones that stamp the end of their sweep."""
+"""Real-world LiDARs: slow ones, ones with a varying number of beams, ones that stamp the end of the sweep."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from sensor_msgs.msg import LaserScan
 pytestmark = pytest.mark.dds
 
 CALM = ("--ros-args", "-p", "odom_timeout:=1.0", "-p", "pause_limit:=1.0")
-"""So that a busy machine stops no car; the timeout of its scans is the one that is looked at."""
+"""Long timeouts except that of the scans, so that a busy machine does not stop the car."""
 FAULTS: dict[str, dict[str, Any]] = {
     "as it should be": {},
     "stamps of the last beam": {"end_stamps": True},
@@ -21,18 +21,18 @@ FAULTS: dict[str, dict[str, Any]] = {
 
 
 class Rolls:
-    """Counts the scans of a car that rolls, from now on."""
+    """Counts the scans of a moving car."""
 
     def __init__(self, truth: list[Any]) -> None:
         self._truth, self._from = truth, len(truth)
 
     def scans(self) -> int:
-        """So far."""
+        """The count so far."""
         return sum(one.twist.twist.linear.x > 0.5 for one in self._truth[self._from :])
 
 
 def told(diagnostics: list[Any]) -> dict[str, str]:
-    """What the driving node said last."""
+    """The last diagnostics of the driving node."""
     return {one.key: one.value for one in diagnostics[-1].status[0].values} if diagnostics else {}
 
 
@@ -54,10 +54,10 @@ def test_a_slow_lidar_drives_the_car_whatever_its_scans_look_like(lab: Any, tmp_
     assert len({len(one.ranges) for one in scans}) > 10, "they did differ"
     timeout = float(lab.until(lambda: told(diagnostics).get("scan timeout [s]"), "its timeout"))
     assert timeout == pytest.approx(2.5 * period, rel=0.02)
-    assert "contact" not in lab.sim.said
-    said = lab.drive.said
-    assert "beams" not in said
-    assert "future" not in said
+    assert "contact" not in lab.sim.output
+    output = lab.drive.output
+    assert "beams" not in output
+    assert "future" not in output
 
 
 @pytest.mark.parametrize(
@@ -74,5 +74,5 @@ def test_the_node_takes_the_mounting_of_a_simulated_laser_from_its_transform(
     car.write_text(f"lidar: {{{lidar}}}\n")
     lab.start_sim("arena", "--car", str(car))
     lab.start_drive(*CALM)
-    lab.driven(lambda: "lap 1 in" in lab.sim.said, "a lap", seconds=150.0)
-    assert "contact" not in lab.sim.said
+    lab.driven(lambda: "lap 1 in" in lab.sim.output, "a lap", seconds=150.0)
+    assert "contact" not in lab.sim.output

@@ -1,4 +1,4 @@
-"""Odometry that lies: the node stops, says what contradicts what, and does not start on it again."""
+"""Wrong odometry: the node stops, reports the contradiction, and does not start again."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ pytestmark = pytest.mark.dds
 
 
 def settings(**values: object) -> list[str]:
-    """As the command line has them."""
+    """The parameters as command-line arguments."""
     return ["--ros-args", *(text for name, value in values.items() for text in ("-p", f"{name}:={value}"))]
 
 
@@ -35,9 +35,9 @@ def test_a_car_whose_odometry_lies_is_stopped_and_does_not_start_again(
 
     def stopped() -> bool:
         lab.probe.spin(0.05)
-        if words not in lab.drive.said and lab.probe.commands["/drive"] and lab.probe.speed() == 0.0:
-            lab.probe.trigger("/firstlap_drive/resume")  # a busy machine stopped it for another reason
-        return "stopped: " in lab.drive.said and words in lab.drive.said
+        if words not in lab.drive.output and lab.probe.commands["/drive"] and lab.probe.speed() == 0.0:
+            lab.probe.trigger("/firstlap_drive/resume")  # stopped for another reason by a busy machine
+        return "stopped: " in lab.drive.output and words in lab.drive.output
 
     lab.until(stopped, "a stop for the odometry", 120.0)
     lab.stays_stopped(10)
@@ -46,8 +46,8 @@ def test_a_car_whose_odometry_lies_is_stopped_and_does_not_start_again(
     assert words in refused.message
     assert lab.probe.change_state(Transition.TRANSITION_DEACTIVATE)
     assert not lab.probe.change_state(Transition.TRANSITION_ACTIVATE)
-    assert "not driving: " in lab.drive.said
-    assert "contact" not in lab.sim.said
+    assert "not driving: " in lab.drive.output
+    assert "contact" not in lab.sim.output
 
 
 def test_preflight_compares_commanded_and_measured_speed_with_the_scans(lab: Any) -> None:
@@ -55,7 +55,7 @@ def test_preflight_compares_commanded_and_measured_speed_with_the_scans(lab: Any
     for _attempt in range(6):
         running = lab.start("preflight", "--seconds", "1", "--json", "--move", "--yes")
         lab.until(lambda running=running: running.over, "its end")
-        checks = {one["name"]: one for one in json.loads(running.said)["checks"]}
+        checks = {one["name"]: one for one in json.loads(running.output)["checks"]}
         if "drive forward" in checks:
             break
     else:

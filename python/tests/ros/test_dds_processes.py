@@ -1,4 +1,4 @@
-"""Processes that end, hang and die: the car is told to stop, whoever is left."""
+"""Processes that end, hang or die: the car is stopped."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ pytestmark = pytest.mark.dds
 LIMIT = 0.3
 PERIOD = 0.025
 STANDS = 0.15
-"""[m/s] that a car with a noisy wheel sensor measures at most when it stands."""
+"""[m/s] Maximum measured speed of a stationary car with a noisy wheel sensor."""
 BRAKING = 2.0
-"""[m/s^2] at least, from when the stop is commanded; the car's own is several times that."""
+"""[m/s^2] Minimum deceleration after the stop command; the car's is several times larger."""
 
 
 def test_the_driver_stops_when_the_other_side_is_paused_and_does_not_go_on_after(shared_lab: Any) -> None:
@@ -45,12 +45,12 @@ def test_a_signal_stops_the_car_and_ends_the_driver_in_order(shared_lab: Any, nu
     lab.until(lambda: lab.drive.over, "its end")
     assert lab.drive.wait() == code
     assert lab.probe.speed() == 0.0
-    assert "Traceback" not in lab.drive.said
+    assert "Traceback" not in lab.drive.output
 
 
 def stands_soon(lab: Any, odometry: list[Any], waits: dict[str, int]) -> None:
-    """The car, by its own odometry, is braked from LIMIT on. Counted in scan periods: a simulator that the machine
-    starves gives the time up that it lost."""
+    """Asserts that the car brakes from LIMIT on, by its odometry. Time is counted in scan periods, because a delayed
+    simulator skips the lost time."""
     before = len(odometry)
     lab.until(lambda: odometry[-1].twist.twist.linear.x < STANDS, "the car stands")
     speed = max(one.twist.twist.linear.x for one in odometry[before - 1 :])
@@ -76,10 +76,10 @@ def test_a_driver_in_a_debugger_is_replaced_by_the_timeout_and_stays_stopped_whe
     lab.drive.send(signal.SIGSTOP)
     stands_soon(lab, odometry, waits)
     lab.until(lab.silent, "silence")
-    before = len(lab.drive.said)
+    before = len(lab.drive.output)
     lab.drive.send(signal.SIGCONT)
     lab.stays_stopped(30)
-    assert re.search("stopped: (the node did not run|no scan) for", lab.drive.said[before:])
+    assert re.search("stopped: (the node did not run|no scan) for", lab.drive.output[before:])
 
 
 def test_a_node_that_is_deactivated_stops_the_car_and_then_leaves_the_topic_to_others(shared_lab: Any) -> None:

@@ -1,4 +1,4 @@
-"""A car with poor odometry, an IMU, a measured wheel angle and a dead-man's button: each may fail."""
+"""A car with poor odometry, an IMU, a measured steering angle and a dead-man's switch: each may fail."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ ARGUMENTS = (
 
 
 class Button:
-    """Publishes while the probe spins. held: None is silence."""
+    """Publishes while the probe spins. held: None for no messages."""
 
     def __init__(self, lab: Any) -> None:
         self.held: bool | None = False
@@ -29,14 +29,14 @@ class Button:
         lab.probe.node.create_timer(0.02, self.publish)
 
     def publish(self) -> None:
-        """What the thumb does."""
+        """The state of the dead-man's switch."""
         if self.held is not None:
             self.publisher.publish(Bool(data=self.held))
 
 
 @pytest.fixture(scope="module")
 def held(lab_of: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Any, Button]]:
-    """A lab with such a car, and its button."""
+    """A lab with such a car, and its dead-man's switch."""
     poor = Path(tmp_path_factory.mktemp("car")) / "poor.yaml"
     poor.write_text("sensors: {speed_noise: 0.3, yaw_rate_noise: 0.3, yaw_rate_bias: 0.2}\n")
     for lab in lab_of("sources"):
@@ -47,8 +47,8 @@ def held(lab_of: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[tupl
 
 
 def press(lab: Any, button: Button) -> None:
-    """Anew, until it drives. After a stop for want of a hand that is consent enough; after others, which a busy
-    machine brings, it is not, and consent is given besides."""
+    """Presses the switch again until the car drives. After a release that is sufficient consent; after stops by a busy
+    machine, consent is also given by the service."""
 
     def drives() -> bool:
         if lab.probe.moves():
@@ -59,7 +59,7 @@ def press(lab: Any, button: Button) -> None:
         button.held = True
         for _ in range(25):
             lab.probe.spin(0.02)
-        _, stopped, why = lab.drive.said.rpartition("stopped: ")
+        _, stopped, why = lab.drive.output.rpartition("stopped: ")
         if stopped and not lab.probe.moves() and not why.startswith(("dead-man", "no deadman")):
             lab.probe.trigger("/firstlap_drive/resume")
         return bool(lab.probe.moves())
@@ -85,7 +85,7 @@ def test_a_car_with_poor_odometry_drives_by_the_state_estimate(held: Any) -> Non
         return driven > 25.0
 
     lab.until(far, "half a lap", 120.0)
-    assert "contact" not in lab.sim.said
+    assert "contact" not in lab.sim.output
 
 
 def test_a_dead_man_button_stops_when_released_and_drives_when_pressed_anew(held: Any) -> None:
@@ -116,7 +116,7 @@ def test_a_silent_dead_man_button_stops_and_one_that_was_held_through_the_silenc
 
 @pytest.mark.parametrize(
     ("fault", "reason"),
-    [("drop_imu", "no imu for"), ("nan_imu", "it is not finite"), ("drop_steering", "no steering for")],
+    [("drop_imu", "no imu for"), ("nan_imu", "not finite"), ("drop_steering", "no steering for")],
 )
 def test_an_imu_or_a_wheel_angle_that_fails_stops_the_car_until_the_driver_consents(
     held: Any, fault: str, reason: str
@@ -130,7 +130,7 @@ def test_an_imu_or_a_wheel_angle_that_fails_stops_the_car_until_the_driver_conse
         assert not lab.probe.trigger("/firstlap_drive/resume").success, "consent while the fault lasts"
         lab.probe.set("/firstlap_sim", **{fault: well})
         lab.stays_stopped(25)
-        if reason in (said := lab.drive.said.rpartition("stopped: ")[2]):
+        if reason in (output := lab.drive.output.rpartition("stopped: ")[2]):
             break
-    assert reason in said
+    assert reason in output
     lab.resume()

@@ -1,4 +1,4 @@
-"""How a driving node is started, and what is looked at before."""
+"""The start of a driving node, and preflight."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ CONFIG = Path(__file__).resolve().parents[3] / "ros" / "firstlap_ros" / "config"
 
 @pytest.fixture(scope="module")
 def idle_lab(lab_of: Any) -> Iterator[Any]:
-    """A driver alone, that nobody has started."""
+    """A driving node without consent."""
     for lab in lab_of("idle"):
         lab.drive = lab.start("drive", "--ros-args", "--params-file", str(CONFIG / "race.yaml"), "-p", "managed:=true")
         yield lab
@@ -48,21 +48,21 @@ def test_a_node_is_not_activated_while_something_is_missing(idle_lab: Any) -> No
     lab = idle_lab
     assert lab.probe.change_state(Transition.TRANSITION_CONFIGURE)
     assert not lab.probe.change_state(Transition.TRANSITION_ACTIVATE)
-    assert lab.until(lambda: "not driving: no scan yet" in lab.drive.said, "the reason")
+    assert lab.until(lambda: "not driving: no scan yet" in lab.drive.output, "the reason")
     assert lab.probe.commands["/drive"] == []
 
 
 def test_a_wrong_parameter_on_the_command_line_is_one_line(lab: Any) -> None:
     drive = lab.start("drive", "--ros-args", "-p", "velocity_profile.v_max:=99.0")
     assert drive.wait() == 2
-    (error,) = [line for line in drive.said.splitlines() if line.startswith("error:")]
+    (error,) = [line for line in drive.output.splitlines() if line.startswith("error:")]
     assert "velocity_profile.v_max" in error
-    assert "Traceback" not in drive.said
+    assert "Traceback" not in drive.output
 
 
 @pytest.fixture
 def free_car(shared_lab: Any) -> Iterator[Any]:
-    """The simulated car stands, and nobody drives it."""
+    """The stationary simulated car without a driving node."""
     lab = shared_lab
     assert lab.probe.change_state(Transition.TRANSITION_DEACTIVATE)
     lab.until(lab.silent, "silence")
@@ -72,10 +72,10 @@ def free_car(shared_lab: Any) -> Iterator[Any]:
 
 
 def preflight(lab: Any, *arguments: str) -> tuple[int | None, dict[str, Any]]:
-    """Exit code and checks by name."""
+    """Exit code and checks of preflight, by name."""
     running = lab.start("preflight", "--seconds", "1", "--json", *arguments)
     lab.until(lambda: running.over, "its end")
-    return running.wait(), {one["name"]: one for one in json.loads(running.said)["checks"]}
+    return running.wait(), {one["name"]: one for one in json.loads(running.output)["checks"]}
 
 
 def test_preflight_finds_the_simulated_car_good_and_its_signs_right(free_car: Any) -> None:
@@ -84,7 +84,7 @@ def test_preflight_finds_the_simulated_car_good_and_its_signs_right(free_car: An
         wrong = {name: one["said"] for name, one in checks.items() if not one["good"] and "hole" not in one["said"]}
         wrong.pop("moving", None)
         if checks["odometry agrees"]["good"] is None:
-            wrong.pop("odometry agrees")  # it stood too short to be compared, and did not move
+            wrong.pop("odometry agrees")  # the data were too short for a comparison
         assert wrong == {}
         if "drive forward" in checks:
             assert {"scan", "odometry", "laser mounting", "drive", "turn left"} <= set(checks)
@@ -106,8 +106,8 @@ def test_preflight_says_what_is_missing(free_car: Any) -> None:
 def test_latency_is_measured_between_two_processes(lab: Any) -> None:
     latency = lab.start("latency", "--seconds", "2", "--json")
     lab.until(lambda: latency.over, "its end", 120.0)
-    assert latency.wait() == 0, latency.said
-    told = json.loads(latency.said[latency.said.index("{") :])
+    assert latency.wait() == 0, latency.output
+    told = json.loads(latency.output[latency.output.index("{") :])
     assert told["scans"] == 80
     assert sum(count for _, count in told["histogram"]) == told["answered"] <= 80
     times = told["scan_to_drive_ms"]

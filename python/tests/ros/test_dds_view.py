@@ -1,4 +1,4 @@
-"""The pit wall's source over DDS: a simulator and a driving node in processes of their own, watched and turned."""
+"""The pit wall's ROS source over DDS: watches and changes a driving node in a separate process."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ pytestmark = pytest.mark.dds
 
 @pytest.fixture(scope="module")
 def watched(lapping_lab: Any) -> Iterator[RosSource]:
-    """The car that laps, watched."""
+    """A source for the driving car."""
     source = RosSource(domain=lapping_lab.domain)
     source.start()
     yield source
@@ -33,7 +33,7 @@ def watched(lapping_lab: Any) -> Iterator[RosSource]:
 
 
 def frame_when(lab: Any, source: RosSource, holds: Callable[[Frame], Any], what: str) -> Frame:
-    """The first new frame of which something holds."""
+    """Waits for the first new frame that satisfies the condition."""
     before = source.latest()
     seen: list[Frame] = []
 
@@ -48,7 +48,7 @@ def frame_when(lab: Any, source: RosSource, holds: Callable[[Frame], Any], what:
 
 
 def drives(lab: Any, source: RosSource) -> Frame:
-    """Until the car goes, by the source's own consent."""
+    """Waits until the car drives, by the source's consent."""
 
     def going(frame: Frame) -> bool:
         if not frame.may_drive:
@@ -149,7 +149,7 @@ def test_a_lap_is_counted_by_the_cars_pose(shared_lab: Any, watched: RosSource) 
 
 
 def refused(source: RosSource) -> str:
-    """Why the car does not go; empty where it does."""
+    """Why consent is refused; empty if it is not."""
     try:
         source.go()
     except InputError as error:
@@ -179,7 +179,7 @@ def test_a_driver_that_dies_is_said_and_the_scan_shown_and_a_new_one_is_found(
     lab.drive.send(signal.SIGKILL)
     frame = frame_when(lab, watched, lambda one: "no trace for" in one.message and one.trace, "the loss, and the scan")
     assert (frame.driver, set(frame.trace)) == ("", {"points"})
-    with pytest.raises(InputError, match=r"no driving node|did not answer"):
+    with pytest.raises(InputError, match=r"no driving node|did not respond"):
         watched.change({"v_max": 3.0})
     lab.start_drive("--setup", "base")
     drives(lab, watched)
@@ -193,7 +193,7 @@ def test_a_held_stop_keeps_a_node_from_driving_that_starts_only_then(shared_lab:
     lab.drive.send(signal.SIGTERM)
     lab.drive.wait()
     lab.start_drive()
-    lab.until(lambda: "waiting: an emergency stop was pressed" in lab.drive.said, "a node that waits")
+    lab.until(lambda: "waiting: an emergency stop was pressed" in lab.drive.output, "a node that waits")
     assert lab.probe.speed() == 0.0
     frame_when(lab, watched, lambda one: not one.may_drive and "active" in one.message, "its frame")
     drives(lab, watched)

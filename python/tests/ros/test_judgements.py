@@ -1,4 +1,4 @@
-"""What is made of messages, mounts and live topics, without ROS."""
+"""Checks of messages, mountings and live topics, without ROS."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ from firstlap.sim.lidar import Lidar
 
 
 def scan_message(ranges: Any, **changes: Any) -> Any:
-    """As sensor_msgs/LaserScan has it."""
+    """A message like sensor_msgs/LaserScan."""
     values = np.ascontiguousarray(ranges, dtype=np.float32)
     step = 1.5 * math.pi / (len(values) - 1) if len(values) > 1 else 0.1
     message = {
@@ -56,7 +56,7 @@ AHEAD = Mount(0.27, 0.0, 0.0, False)
 
 
 def reason_of(message: Any, mount: Mount = AHEAD, period: float = 0.025) -> str:
-    """Why the node would not use a scan."""
+    """The reason why the node rejects a scan."""
     return judged(message, mount, period)[1].reason
 
 
@@ -109,7 +109,7 @@ def test_a_laser_upside_down_drives_the_same_way(arena: firstlap.Track) -> None:
 
 
 def transform(parent: str, child: str, x: float, roll: float = 0.0, yaw: float = 0.0) -> Any:
-    """As geometry_msgs/TransformStamped has it; roll or yaw."""
+    """A message like geometry_msgs/TransformStamped, with roll or yaw."""
     turn = SimpleNamespace(x=math.sin(roll / 2), y=0.0, z=math.sin(yaw / 2), w=math.cos(roll / 2 + yaw / 2))
     place = SimpleNamespace(translation=SimpleNamespace(x=x, y=0.0, z=0.1), rotation=turn)
     return SimpleNamespace(header=SimpleNamespace(frame_id=parent), child_frame_id=child, transform=place)
@@ -138,7 +138,7 @@ def test_the_lasers_place_is_found_through_the_tree_and_a_bad_one_refused() -> N
 
 
 def turn_of(roll: float, pitch: float, yaw: float) -> tuple[Any, Any]:
-    """As quaternion and as (3, 3): yaw after pitch after roll, as ROS has it."""
+    """The rotation as quaternion and as (3, 3): roll, then pitch, then yaw, as in ROS."""
 
     def about(axis: int, angle: float) -> Any:
         c, s = math.cos(angle), math.sin(angle)
@@ -221,7 +221,7 @@ def test_a_turn_between_two_scans_is_found_with_its_sign(arena: firstlap.Track, 
 
 
 def rate_of(arrivals: list[float], timeout: float = 0.0) -> Check:
-    """What preflight says of scans that came then [s]."""
+    """The rate check of preflight for scans with these times of arrival [s]."""
     return check_rate("scan", "/scan", Sample(arrivals, [], None), timeout, BOUNDS["scan"])
 
 

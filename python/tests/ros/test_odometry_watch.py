@@ -1,4 +1,4 @@
-"""Odometry held against the scans while a node runs, without ROS: what stops the car, and what is only told."""
+"""The odometry check of a running node, without ROS: what stops the car, and what is only a remark."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ MOUNT = Mount(0.27, 0.0, 0.0, False)
 
 
 class Car:
-    """Drives along the centerline of a track, by what it is told to say of itself."""
+    """A car that follows the centerline of a track, with odometry that may be wrong."""
 
     def __init__(self, track: firstlap.Track) -> None:
         self.lidar = Lidar(track)
@@ -32,12 +32,14 @@ class Car:
         self.watch = OdometryWatch()
 
     def pose(self, s: float) -> tuple[float, float, float]:
-        """Of base_link, s [m] along the line."""
+        """Pose of base_link at arc length s [m]."""
         x, y = (np.interp([s, s + 0.3], self.way, column) for column in self.line.T)
         return float(x[0]), float(y[0]), math.atan2(y[1] - y[0], x[1] - x[0])
 
-    def drive(self, seconds: float, speed: float, forward: float = 1.0, turn: float = 1.0, told: float = 0.0) -> None:
-        """forward, turn: times what is true. told: commanded [m/s], 0 where nothing is."""
+    def drive(
+        self, seconds: float, speed: float, forward: float = 1.0, turn: float = 1.0, commanded: float = 0.0
+    ) -> None:
+        """forward, turn: scales of the true values. commanded: speed [m/s], 0 for none."""
         for _ in range(round(seconds / PERIOD)):
             before = self.pose(self.s)
             self.s += speed * PERIOD
@@ -45,8 +47,8 @@ class Car:
             x, y, yaw = self.pose(self.s)
             rate = math.remainder(yaw - before[2], 2.0 * math.pi) / PERIOD
             self.watch.note((self.time, forward * speed, 0.0, turn * rate, 0.0, 0.0, 0.0))
-            if told:
-                self.watch.add_command(self.time, told)
+            if commanded:
+                self.watch.add_command(self.time, commanded)
             ranges = self.lidar.scan(x, y, yaw)
             step = float(self.lidar.angles[1] - self.lidar.angles[0])
             scan = _core.LaserScan(ranges, float(self.lidar.angles[0]), step, 0.0, 0.06, 30.0)
@@ -98,9 +100,9 @@ def test_a_wrong_sign_is_not_forgotten_while_the_car_stands(car: Car) -> None:
 
 
 def test_odometry_that_stops_at_0_while_driving_is_found_within_two_seconds(car: Car) -> None:
-    car.drive(3.0, 1.5, told=1.5)
+    car.drive(3.0, 1.5, commanded=1.5)
     assert car.watch.reason == ""
-    car.drive(2.0, 1.5, 0.0, told=1.5)
+    car.drive(2.0, 1.5, 0.0, commanded=1.5)
     assert car.watch.reason
 
 

@@ -1,4 +1,4 @@
-"""The ROS 2 packages in the checkout, as far as they can be looked at without colcon."""
+"""The ROS 2 packages in the checkout, as far as they can be checked without colcon."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def test_ros_is_here_for_the_tests_over_dds() -> None:
 
 
 def imported(path: Path) -> set[str]:
-    """First parts of the modules that a file imports."""
+    """Top-level packages that a file imports."""
     tree = ast.parse(path.read_text())
     names = [alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names]
     names += [node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module]

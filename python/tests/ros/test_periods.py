@@ -1,4 +1,4 @@
-"""How long a source may be silent, by its own period."""
+"""Timeouts of sources by their measured periods."""
 
 from __future__ import annotations
 

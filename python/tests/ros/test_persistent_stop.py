@@ -1,4 +1,4 @@
-"""What a driving node leaves for the one that is started after it died."""
+"""The state that a driving node leaves to the next one if it dies."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from firstlap.ros.persistent_stop import DRIVING, EMERGENCY, PersistentStop
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Where it is left."""
+    """The folder of the state."""
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
     return tmp_path
 
@@ -19,9 +19,9 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_the_next_node_of_this_name_and_domain_reads_what_the_last_one_left(folder: Path) -> None:
     kept = PersistentStop("/firstlap_drive", 7)
     assert kept.read() == ""
-    for said in (DRIVING, EMERGENCY):
-        kept.keep(said)
-        assert PersistentStop("/firstlap_drive", 7).read() == said
+    for output in (DRIVING, EMERGENCY):
+        kept.keep(output)
+        assert PersistentStop("/firstlap_drive", 7).read() == output
     assert PersistentStop("/firstlap_drive", 8).read() == ""
     assert PersistentStop("/car1/firstlap_drive", 7).read() == ""
     kept.keep("")

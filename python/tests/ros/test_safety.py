@@ -1,4 +1,4 @@
-"""The watchdog by itself: what stops the car, and that only a person lets it go on."""
+"""The watchdog alone: what stops the car, and that only consent ends a stop."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from firstlap.ros.safety import DeadMan, Stamps, Watchdog, button_of, within
 
 
 def armed(**timeouts: float) -> Watchdog:
-    """A watchdog that was fed and armed at 0 s."""
+    """A watchdog fed and armed at 0 s."""
     watchdog = Watchdog(timeouts or {"scan": 0.1, "odom": 0.2})
     for source in watchdog.timeouts:
         watchdog.feed(source, 0.0)

@@ -1,4 +1,4 @@
-"""Traces of all drivers as standard messages, without ROS: there and back, lost, late, wrong and hostile ones."""
+"""Traces of all drivers as standard messages, without ROS: round trips, and lost, late and invalid messages."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ KNOWN = tuple(name for name, kind in DRIVERS.items() if not kind.needs_map)
 
 
 def traces_of(driver: str) -> Iterator[Mapping[str, Any]]:
-    """Before the first step on arena, and after some."""
+    """Traces before the first step on arena, and after some steps."""
     setup, car = choose_setup(driver, None), load_car("default")
     handle = DRIVERS[driver].make(setup.params(car.core), car, Preparation())
     race = start_race(firstlap.load_track("arena"), handle, car, laps=1)
@@ -45,38 +45,38 @@ def traces_of(driver: str) -> Iterator[Mapping[str, Any]]:
 
 @cache
 def last_trace_of(driver: str) -> Mapping[str, Any]:
-    """Of the last of these."""
+    """The last of these traces."""
     *_, last = traces_of(driver)
     return last
 
 
 @pytest.fixture(scope="module")
 def traces() -> dict[str, list[Mapping[str, Any]]]:
-    """Of all drivers that need no map."""
+    """Traces of all drivers that need no map."""
     return {driver: list(traces_of(driver)) for driver in KNOWN}
 
 
 def messages(told: TraceHeader, trace: Mapping[str, Any], frame: str = "base_link") -> list[tuple[str, Any]]:
-    """Everything that a step is published as, as a subscriber has it."""
+    """All messages of a step, as received by a subscriber."""
     types = topics_of(told.driver)
     sent = messages_of(told, trace, frame, LASER, set(types))
     return [(name, typestore().deserialize_cdr(data, types[name])) for name, data in sent]
 
 
 def hear(reader: TraceReader, name: str, message: Any) -> Any:
-    """A message of the topic `name`, where the reader takes it."""
+    """Passes a message of the topic `name` to the reader, if it is a status or a table."""
     return reader.add(name, message) if name == STATUS or hasattr(message, "point_step") else None
 
 
 def read(parts: list[tuple[str, Any]]) -> Any:
-    """The step that they are."""
+    """The step from its messages."""
     reader = TraceReader()
     (step,) = [step for step in (hear(reader, *part) for part in parts) if step]
     return step
 
 
 def same(sent: Any, got: Any) -> None:
-    """To the precision of 32 bits in arrays, exactly elsewhere."""
+    """Asserts equality: 32-bit precision in arrays, exact elsewhere."""
     if isinstance(sent, Mapping):
         assert sent.keys() == got.keys()
         for name in sent:
@@ -106,7 +106,7 @@ NUMBERS = st.one_of(
 
 @st.composite
 def made_up(draw: st.DrawFn) -> tuple[str, dict[str, Any]]:
-    """A driver, and a trace as it may have one, of any values."""
+    """A driver and a valid trace with arbitrary values."""
     driver = draw(st.sampled_from(sorted(TABLES)))
     trace: dict[str, Any] = {"first_beam": -2.0, "beam_step": 0.01, "step": 0.01, "result": (1.0, 0.5, "ok")}
     for table in TABLES[driver]:
@@ -124,7 +124,7 @@ def made_up(draw: st.DrawFn) -> tuple[str, dict[str, Any]]:
 
 
 def _found(trace: Mapping[str, Any], path: str = "") -> set[str]:
-    """Paths of everything in a trace."""
+    """Paths of all values in a trace."""
     found = set()
     for name, value in trace.items():
         found |= _found(value, f"{path}{name}.") if isinstance(value, dict) else {path + name}
@@ -220,7 +220,7 @@ def test_what_cannot_be_sent_or_is_too_large_is_refused(traces: dict[str, Any]) 
         messages(gap, trace)
 
 
-# Lost, late and in disorder.
+# Lost, late and out of order.
 
 
 def test_messages_may_come_in_any_order(traces: dict[str, Any]) -> None:
@@ -243,7 +243,7 @@ def test_a_step_of_which_something_is_lost_does_not_hold_up_the_next(traces: dic
 def test_a_table_that_never_comes_is_said_and_nothing_grows(traces: dict[str, Any]) -> None:
     reader, trace = TraceReader(), traces["local"][-1]
 
-    def said(name: str, message: Any) -> str:
+    def error_of(name: str, message: Any) -> str:
         try:
             assert hear(reader, name, message) is None
         except ValueError as error:
@@ -254,7 +254,7 @@ def test_a_table_that_never_comes_is_said_and_nothing_grows(traces: dict[str, An
 
     for i in range(5 * KEPT):
         parts = messages(replace(TOLD, time=12.5 + 0.05 * i), trace)
-        heard = {said(*part) for part in parts if part[0] != "left"}
+        heard = {error_of(*part) for part in parts if part[0] != "left"}
         assert heard == ({"", "left of the step did not arrive"} if i >= KEPT else {""})
 
 
@@ -262,11 +262,11 @@ def test_a_nan_of_any_kind_stays_one(traces: dict[str, Any]) -> None:
     parts = messages(TOLD, traces["local"][-1])
     smoothed = dict(parts)["smoothed"]
     smoothed.data = np.array(smoothed.data)
-    smoothed.data[:4] = np.frombuffer(np.uint32(0x7FA00000).tobytes(), np.uint8)  # one that signals
+    smoothed.data[:4] = np.frombuffer(np.uint32(0x7FA00000).tobytes(), np.uint8)  # a signaling NaN
     assert math.isnan(read(parts)[1]["smoothed"][0, 0])
 
 
-# Wrong and hostile ones.
+# Invalid and malicious messages.
 
 ODD = {
     "no data": lambda m: setattr(m, "data", np.zeros(0, np.uint8)),
@@ -288,10 +288,10 @@ def test_a_table_that_cannot_be_is_refused_in_one_line(odd: str, traces: dict[st
     parts = messages(TOLD, traces["local"][-1])
     ODD[odd](dict(parts)["left"])
     reader = TraceReader()
-    with pytest.raises(ValueError, match="left") as said:
+    with pytest.raises(ValueError, match="left") as raised:
         for part in parts:
             hear(reader, *part)
-    assert "\n" not in str(said.value)
+    assert "\n" not in str(raised.value)
 
 
 def test_a_table_may_be_packed_in_another_way(traces: dict[str, Any]) -> None:
@@ -339,9 +339,9 @@ def test_a_status_that_cannot_be_is_refused_in_one_line(odd: str, traces: dict[s
     change, why = STRANGE[odd]
     parts = messages(TOLD, traces["local"][-1])
     change(dict(parts)[STATUS])
-    with pytest.raises(ValueError, match=why) as said:
+    with pytest.raises(ValueError, match=why) as raised:
         read(parts)
-    assert "\n" not in str(said.value)
+    assert "\n" not in str(raised.value)
 
 
 WORDS = st.one_of(st.text(max_size=20), st.sampled_from(["nan", "-inf", "none", "true", "1e999", "9" * 600, "a.b"]))
@@ -349,7 +349,7 @@ WORDS = st.one_of(st.text(max_size=20), st.sampled_from(["nan", "-inf", "none", 
 
 @st.composite
 def broken(draw: st.DrawFn) -> tuple[str, int, list[Any]]:
-    """Which driver, which of its messages, and what to change there."""
+    """A driver, one of its messages, and a change."""
     driver = draw(st.sampled_from(KNOWN))
     edits = st.tuples(st.integers(0, 8), st.integers(0, 2**32 - 1), WORDS)
     return driver, draw(st.integers(0, 20)), draw(st.lists(edits, min_size=1, max_size=4))

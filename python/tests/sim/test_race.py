@@ -1,4 +1,4 @@
-"""Whole races from Python."""
+"""Complete races from Python."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Centerlines as CSV files: every spelling that is published, and wrong ones."""
+"""Centerlines as CSV files: all published formats, and invalid files."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ MAPS = Path(__file__).resolve().parents[3].parent / "shared" / "data" / "maps"
 ANGLE = np.linspace(0.0, 2.0 * np.pi, 120, endpoint=False)
 RIGHT, LEFT = 1.2, 0.8
 RING = np.column_stack([6.0 * np.cos(ANGLE), 6.0 * np.sin(ANGLE), 0 * ANGLE + RIGHT, 0 * ANGLE + LEFT])
-"""A circle of 6 m, counter-clockwise from (6, 0): the right wall is the outer one, 7.2 m from its middle."""
+"""A circle of 6 m radius, counterclockwise from (6, 0): the right wall is the outer one, at 7.2 m radius."""
 F1TENTH = "# x_m, y_m, w_tr_right_m, w_tr_left_m"
 
 
@@ -80,9 +80,9 @@ def test_the_line_is_driven_as_it_is_written(cli) -> None:
     assert track.start_pose()[2] == pytest.approx(-0.5 * np.pi, abs=0.05)
     assert shapely.Polygon(track.walls[track.sides.index("left")]).area > np.pi * 6.7**2
     Path("ring.csv").write_text(csv())
-    said = cli("race", "ring.csv", "--laps", 1, "--json")
-    assert said.code == 0, said.err
-    assert said.json["outcome"] == "finished"
+    ran = cli("race", "ring.csv", "--laps", 1, "--json")
+    assert ran.code == 0, ran.err
+    assert ran.json["outcome"] == "finished"
 
 
 def test_a_circuit_of_full_size_is_scaled_and_says_so() -> None:
@@ -117,15 +117,15 @@ def test_a_wrong_file_says_in_one_line_what_would_be_right(cli, text: str, says:
     Path("line.csv").write_text(text)
     with pytest.raises(InputError, match=says):
         load_centerline("line.csv")
-    said = cli("tracks", "line.csv")
-    assert (said.code, said.err.count("\n")) == (2, 1)
+    ran = cli("tracks", "line.csv")
+    assert (ran.code, ran.err.count("\n")) == (2, 1)
 
 
 def test_bytes_that_are_no_text_are_refused(cli) -> None:
     Path("line.csv").write_bytes(b"\xff\xfe\x00\x01" * 100)
-    said = cli("race", "line.csv")
-    assert said.code == 2
-    assert "line.csv: not text; expected a centerline CSV" in said.err
+    ran = cli("race", "line.csv")
+    assert ran.code == 2
+    assert "line.csv: not text; expected a centerline CSV" in ran.err
 
 
 @pytest.mark.skipif(not MAPS.is_dir(), reason="the real maps (../shared/data) are not here")

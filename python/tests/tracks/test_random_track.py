@@ -1,4 +1,4 @@
-"""Random tracks: every seed gives one, whatever it draws."""
+"""Random tracks: every seed gives a valid track."""
 
 from __future__ import annotations
 

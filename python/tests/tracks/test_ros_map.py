@@ -1,4 +1,4 @@
-"""ROS maps: the real ones beside the checkout, drawn ones of every class, and wrong ones."""
+"""ROS maps: real ones if available, drawn ones of all kinds, and invalid ones."""
 
 from __future__ import annotations
 
@@ -351,7 +351,7 @@ def test_crossed_thresholds_are_asked_for_occupied_first(tmp_path: Path) -> None
 
 
 def carved(image: Image.Image, alpha: int) -> Image.Image:
-    """With that opacity wherever it is black."""
+    """An image with this opacity where it is black."""
     shown = image.convert("RGBA")
     shown.putalpha(image.point(lambda level: 255 if level else alpha))
     return shown
@@ -375,7 +375,7 @@ def test_grays_of_probability_are_named_where_they_leave_no_track(tmp_path: Path
     rng = np.random.default_rng(1)
     gray = np.asarray(drawn(paper=128, infield=128, track=254)).copy()
     inside = gray == 254
-    gray[inside] = rng.integers(150, 200, inside.sum())  # as Cartographer draws what it saw free a few times
+    gray[inside] = rng.integers(150, 200, inside.sum())  # as Cartographer draws cells with few free observations
     with pytest.raises(InputError, match=r"Cartographer.*free_thresh 0.45 they are free"):
         load_ros_map(write(tmp_path, Image.fromarray(gray)))
     is_the_oval(load_ros_map(write(tmp_path, Image.fromarray(gray), HEADER.replace("0.196", "0.45"))))

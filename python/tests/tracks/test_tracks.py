@@ -1,4 +1,4 @@
-"""Tracks: our files, the random ones, and what every Track promises."""
+"""Tracks: the track files, random tracks, and invariants of every Track."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Study files: fresh ones of other processes, damaged ones, and what others wrote into them."""
+"""Study files: concurrent processes, damaged files, and modified trials."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ GOOD = {"verdict": VERDICT, "number": 0, "given": {"stanley.k_ang": 0.5}, "start
 
 
 def with_trial(path: Path, **attributes: object) -> None:
-    """A study of ours whose one trial has these attributes."""
+    """A study with one trial that has these attributes."""
     open_study(path, "a", ABOUT)
     study = optuna.load_study(study_name="a", storage=f"sqlite:///{path}")
     study.add_trial(optuna.trial.create_trial(value=1.0, user_attrs=attributes))

@@ -1,4 +1,4 @@
-"""`firstlap tune` as a person meets it: what it writes, what it refuses, what it keeps."""
+"""`firstlap tune` from the user's view: output, errors and kept files."""
 
 from __future__ import annotations
 
@@ -44,24 +44,24 @@ ALONE = [*QUICK, "--judge", "other_seeds=0"]
 
 @pytest.fixture
 def no_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Reports take longer to draw than these races."""
+    """Replaces the report, which takes longer than these races."""
     monkeypatch.setattr("firstlap.tuning.report.report", lambda *_: "")
 
 
-def one_line(said, *words: str) -> None:
-    assert said.code == 2, said.err
-    lines = said.err.strip().splitlines()
-    assert len(lines) == 1, said.err
+def one_line(ran, *words: str) -> None:
+    assert ran.code == 2, ran.err
+    lines = ran.err.strip().splitlines()
+    assert len(lines) == 1, ran.err
     assert lines[0].startswith("error: ")
-    assert "Traceback" not in said.err
+    assert "Traceback" not in ran.err
     for word in words:
         assert word in lines[0]
 
 
 def test_tune_writes_setups_to_race_and_a_report_in_one_file(cli):
-    said = cli("tune", "oval", "--budget", 5, "--json", *ALONE)
-    assert said.code == 0, said.err
-    found = said.json
+    ran = cli("tune", "oval", "--budget", 5, "--json", *ALONE)
+    assert ran.code == 0, ran.err
+    found = ran.json
     assert (found["study"], found["trials"]) == ("oval-1", 5)
     assert found["holds"]["failed"] == 0
     assert found["holds"]["less"] > 0.0
@@ -92,9 +92,9 @@ def test_tune_writes_setups_to_race_and_a_report_in_one_file(cli):
 def test_the_same_seed_and_number_of_trials_give_the_same_setups_with_any_number_of_workers(cli):
     def found(name: str, workers: int) -> list[object]:
         options = ["--name", name, "--workers", workers, "--no-validate", "--starts", "race"]
-        said = cli("tune", "oval", "--budget", 4, "--json", *QUICK, *options)
-        assert said.code == 0, said.err
-        roles = [said.json["holds"], said.json["seen"], said.json["compared_with"]]
+        ran = cli("tune", "oval", "--budget", 4, "--json", *QUICK, *options)
+        assert ran.code == 0, ran.err
+        roles = [ran.json["holds"], ran.json["seen"], ran.json["compared_with"]]
         return [{**role, "file": ""} for role in roles]
 
     assert found("a", 1) == found("b", 2)
@@ -118,8 +118,8 @@ def test_a_budget_of_nothing_is_one_line(cli, budget: str):
 def test_a_track_that_no_start_finishes_says_so_and_stops(cli, tmp_path: Path):
     car = tmp_path / "ice.yaml"
     car.write_text("vehicle:\n  friction: 0.06\n", encoding="utf-8")
-    said = cli("tune", "arena", "--car", car, "--budget", 50, *ALONE)
-    one_line(said, "no starting setup finishes it", "base: contact")
+    ran = cli("tune", "arena", "--car", car, "--budget", 50, *ALONE)
+    one_line(ran, "no starting setup finishes it", "base: contact")
     assert not list(tmp_path.glob("tuned/*/*.yaml"))
 
 
@@ -197,7 +197,7 @@ def test_kill_9_loses_no_finished_trial_and_the_same_command_resumes(cli, tmp_pa
 
 
 def costs(file: Path) -> list[float]:
-    """Of the finished trials."""
+    """Numbers of the finished trials."""
     with closing(sqlite3.connect(f"file:{file}?mode=ro", uri=True)) as connection:
         rows = connection.execute(
             "select value from trial_values join trials using (trial_id) where state = 'COMPLETE'"
@@ -206,7 +206,7 @@ def costs(file: Path) -> list[float]:
 
 
 def finished(file: Path) -> int:
-    """Trials in a study file that another process writes."""
+    """Number of trials in a study file that another process writes."""
     try:
         with closing(sqlite3.connect(f"file:{file}?mode=ro", uri=True)) as connection:
             return int(connection.execute("select count(*) from trials where state = 'COMPLETE'").fetchone()[0])

@@ -1,4 +1,4 @@
-"""The tuner: what a candidate is worth, what is searched, what is kept."""
+"""The tuner: cost of candidates, search space, and stored results."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def session_of(track: firstlap.Track, **options):
 
 
 def found(track: firstlap.Track, path: Path, trials: int, workers: int = 1, name: str = "a") -> list[Trial]:
-    """The trials of a search that begins at one start."""
+    """The trials of a search with one starting setup."""
     session = session_of(track)
     study = open_study(path, name, session.about())
     pool = LocalPool("local", workers)

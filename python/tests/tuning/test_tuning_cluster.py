@@ -1,4 +1,4 @@
-"""Tuning on a Dask cluster: real worker processes, of which some die."""
+"""Tuning on a Dask cluster with real worker processes, some of which die."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ def test_a_cluster_that_is_not_there_is_one_clear_line(cli, monkeypatch: pytest.
     for address in ("tcp://127.0.0.1:9", "127.0.0.1:9"):
         with pytest.raises(InputError, match="no scheduler answers"):
             ClusterPool(address)
-    said = cli("tune", "oval", "--budget", 1, "--cluster", "tcp://127.0.0.1:9")
-    assert said.code == 2
-    assert said.err.startswith("error: --cluster tcp://127.0.0.1:9")
-    assert len(said.err.strip().splitlines()) == 1
+    ran = cli("tune", "oval", "--budget", 1, "--cluster", "tcp://127.0.0.1:9")
+    assert ran.code == 2
+    assert ran.err.startswith("error: --cluster tcp://127.0.0.1:9")
+    assert len(ran.err.strip().splitlines()) == 1

@@ -1,4 +1,4 @@
-"""A real browser before the pit wall: Debian's Chromium, driven by Playwright."""
+"""A real browser for the pit wall tests: Debian's Chromium, driven by Playwright."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 @pytest.fixture(scope="session")
 def browser() -> Iterator[Browser]:
-    """One for all tests."""
+    """One browser for all tests."""
     api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
     pytest.importorskip("viser", reason="the extra 'view' is not installed")
     if CHROMIUM is None:

@@ -1,4 +1,4 @@
-"""Which browser, how it is started, and where its pictures go."""
+"""The browser, its options, and the folder of screenshots."""
 
 from __future__ import annotations
 
@@ -17,4 +17,4 @@ FLAGS = [
     "--no-first-run",
 ]
 SHOTS = Path(__file__).parents[4] / "build" / "view"
-"""Where the pictures go that the tests looked at."""
+"""The folder of the tests' screenshots."""

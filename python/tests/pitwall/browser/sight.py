@@ -1,4 +1,4 @@
-"""What a person sees and does in the browser."""
+"""What a user sees and does in the browser."""
 
 from __future__ import annotations
 
@@ -39,8 +39,8 @@ requestAnimationFrame(tick);
 window.done = 0;
 for (const kind of ["pointerup", "keydown"]) addEventListener(kind, () => { window.done = Date.now(); }, true);
 """
-"""Counts in the page what reaches it: batches of messages that move the scene, and pictures drawn; and when [ms] a
-person last did something."""
+"""Script that counts received batches of scene messages and rendered frames, and records the time [ms] of the last
+input."""
 PLACES = """
 window.places = [];
 window.colors = {};
@@ -77,13 +77,12 @@ window.requestAnimationFrame = (callback) => later((time) => {
   if (canvas && Object.keys(window.colors).length) look(canvas);
 });
 """
-"""Looks in the page at every picture before it is shown: where in it each of `colors` lies, in the middle [pixels],
-and how many pixels have it."""
+"""Script that finds in each rendered frame the center [pixels] of each of `colors` and the number of its pixels."""
 PATIENCE = 90.0
 
 
 class Sight:
-    """One page."""
+    """One browser page."""
 
     def __init__(
         self, browser: Browser, address: str, width: int = 1000, height: int = 800, fine: float = 0.15, script: str = ""
@@ -94,32 +93,32 @@ class Sight:
         if script:
             self.page.add_init_script(script)
         self.page.set_default_timeout(1000.0 * PATIENCE)
-        # Coarse pictures leave the processors of a machine without a graphics card to the race.
+        # A low resolution leaves CPU time to the race on machines without a graphics card.
         self.page.goto(f"{address}{'&' if '?' in address else '?'}fixedDpr={fine}")
 
     def ready(self) -> Sight:
-        """Until it shows a moment of the race."""
+        """Waits until the page shows a frame."""
         self.until(lambda: self.moment() is not None)
         return self
 
     def close(self) -> None:
-        """The tab."""
+        """Opens a tab."""
         self.context.close()
 
     def until(self, condition: Callable[[], object], seconds: float = PATIENCE) -> None:
-        """Raises AssertionError where it does not come true."""
+        """Waits for a condition. Raises AssertionError on a timeout."""
         end = time.monotonic() + seconds
         while not condition():
             assert time.monotonic() < end, "not seen"
             self.page.wait_for_timeout(60)
 
     def text(self) -> str:
-        """All that stands there, unfolded or not."""
+        """All text of the page, including collapsed folders."""
         return str(self.page.evaluate("(document.getElementById('root') ?? document.body).textContent"))
 
     @property
     def connected(self) -> bool:
-        """As the page has it, which goes on trying while it has the focus."""
+        """Focuses the page, which may need several attempts."""
         self.page.bring_to_front()
         return (
             self.page.locator(".tabler-icon-cloud-check").count() > 0
@@ -127,26 +126,26 @@ class Sight:
         )
 
     def moment(self) -> float | None:
-        """[s] of the race or recording, as the status line has it."""
+        """Time [s] in the status line."""
         found = re.search(r"frames per second(\d+\.\d) s", self.text())
         return float(found[1]) if found else None
 
     def press(self, label: str) -> None:
-        """A button."""
+        """Clicks a button."""
         self.page.get_by_role("button", name=label, exact=True).first.click()
 
     def row(self, label: str) -> Locator:
-        """The control of that name."""
+        """The control with this label."""
         name = self.page.locator("label").filter(has_text=re.compile(rf"^(● )?{re.escape(label)}\b")).first
         name.scroll_into_view_if_needed()
         return self.page.locator(f'[id="{name.get_attribute("for")}"]')
 
     def box(self, label: str) -> Locator:
-        """The box beside a slider."""
+        """The number box of a slider."""
         return self.row(label).locator("xpath=..").locator("input[inputmode]").first
 
     def slide(self, label: str, share: float) -> None:
-        """The mouse takes a slider there, from 0 to 1."""
+        """Drags a slider to a position from 0 to 1."""
         area = self.row(label).bounding_box()
         assert area is not None
         x, y = area["x"] + share * area["width"], area["y"] + 0.5 * area["height"]
@@ -156,22 +155,22 @@ class Sight:
         self.page.mouse.up()
 
     def picture(self, name: str) -> np.ndarray:
-        """(H, W, 3) of the whole page, which is kept."""
+        """A screenshot (H, W, 3) of the whole page, which is also saved."""
         raw = self.page.screenshot(path=str(SHOTS / f"{name}.png"))
         return np.asarray(Image.open(io.BytesIO(raw)).convert("RGB"), dtype=int)
 
     def count(self, name: str) -> int:
-        """What COUNT counted, or noted."""
+        """A value recorded by COUNT."""
         return int(self.page.evaluate(f"window.{name}"))
 
 
 def near(picture: np.ndarray, color: tuple[int, int, int], within: int = 40) -> int:
-    """Pixels of that color."""
+    """Number of pixels of a color."""
     return int((np.abs(picture - np.asarray(color)).max(axis=2) <= within).sum())
 
 
 def wall(source: Source, token: str | None = None) -> tuple[Authenticator, App]:
-    """As `firstlap view` puts it together."""
+    """A pit wall as made by `firstlap view`."""
 
     def panel(client: Any, may_control: bool, on_map: Any) -> Any:
         return Panel(client, source, on_map=on_map) if may_control else WatchPanel(client, source)

@@ -28,7 +28,7 @@ pytestmark = pytest.mark.filterwarnings("ignore:Queued a .* on a closed connecti
 
 
 class Pit:
-    """A race before the browser."""
+    """A pit wall with a race."""
 
     def __init__(self, browser: Browser, token: str | None = None) -> None:
         self.browser = browser
@@ -37,18 +37,18 @@ class Pit:
         self.authenticator, self.app = wall(self.source, token)
 
     def close(self) -> None:
-        """And the race."""
+        """Closes the pit wall and the race."""
         self.app.close()
         self.source.close()
 
     def see(self, width: int = 1000, fine: float = 0.1) -> Sight:
-        """Another viewer."""
+        """Opens another viewer."""
         return Sight(self.browser, self.authenticator.url, width, fine=fine).ready()
 
 
 @pytest.fixture(scope="module")
 def whole_pit(browser: Browser) -> Iterator[tuple[Pit, Sight]]:
-    """One race, one viewer."""
+    """A race with one viewer."""
     pit = Pit(browser)
     sight = pit.see(1250, 0.6)
     yield pit, sight
@@ -58,7 +58,7 @@ def whole_pit(browser: Browser) -> Iterator[tuple[Pit, Sight]]:
 
 @pytest.fixture
 def pit(whole_pit: tuple[Pit, Sight]) -> Pit:
-    """The race, as it was loaded."""
+    """Resets the race."""
     pit = whole_pit[0]
     pit.source.choose(pit.source.loaded)
     pit.source.go()
@@ -68,7 +68,7 @@ def pit(whole_pit: tuple[Pit, Sight]) -> Pit:
 
 @pytest.fixture
 def sight(pit: Pit, whole_pit: tuple[Pit, Sight]) -> Sight:
-    """What its viewer sees."""
+    """The page of the viewer."""
     sight = whole_pit[1]
     sight.until(lambda: "STOPPED" not in sight.text())
     return sight
@@ -125,16 +125,16 @@ def laps(pit: Pit) -> Any:
 def test_an_impossible_value_is_refused_visibly(pit: Pit, sight: Sight) -> None:
     before = pit.source.setup
     box = sight.box("v_max")
-    said = box.input_value()
+    output = box.input_value()
     box.fill("99")
     sight.page.get_by_text("; allowed: ").first.wait_for()
     sight.picture("refused")
-    sight.until(lambda: box.input_value() == said)
+    sight.until(lambda: box.input_value() == output)
     assert pit.source.setup.values() == before.values()
 
 
 class Frames:
-    """All that a source hands over, with the time of day at which it did."""
+    """Records all frames of a source with the time of their arrival."""
 
     def __init__(self, source: Source) -> None:
         self.seen: list[tuple[float, Frame]] = []
@@ -150,7 +150,7 @@ class Frames:
                 self.seen.append((time.time(), frame))
 
     def stop(self) -> None:
-        """Enough."""
+        """Stops recording."""
         self._done.set()
         self._thread.join()
 
@@ -159,7 +159,7 @@ class Frames:
 def test_the_emergency_stop_reaches_the_car_within_0_3_s(
     pit: Pit, sight: Sight, how: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    # A processor that is shared may hold up the browser: it is enough that nothing of ours does.
+    # On a shared machine the browser may be delayed; only delays of firstlap count.
     for _ in range(4):
         told, stood, fastest = stop_by(how, pit, sight)
         with capsys.disabled():
@@ -177,7 +177,7 @@ def test_the_emergency_stop_reaches_the_car_within_0_3_s(
 
 
 def stop_by(how: str, pit: Pit, sight: Sight) -> tuple[float, float, float]:
-    """[s] until the car was told, [s] until it stood, and its speed before [m/s]."""
+    """Time [s] until the stop command, time [s] until the car stopped, and its speed before [m/s]."""
     sight.page.mouse.click(450, 600)
     sight.until(lambda: pit.source.latest().speed > 2.0)
     frames = Frames(pit.source)
@@ -190,7 +190,7 @@ def stop_by(how: str, pit: Pit, sight: Sight) -> tuple[float, float, float]:
     frames.stop()
     told, first = next((at, frame) for at, frame in frames.seen if not frame.may_drive)
     stood, last = next((at, frame) for at, frame in frames.seen if not frame.may_drive and abs(frame.speed) < 0.05)
-    # What then is left is the simulated brakes' doing; a slow car stands before.
+    # The rest is the braking of the simulated car; a slow car stops earlier.
     later = next((frame for _, frame in frames.seen if not frame.may_drive and frame.time >= first.time + 0.2), last)
     assert later is last or first.speed - later.speed > 0.6
     return told - done, stood - done, max(frame.speed for _, frame in frames.seen)

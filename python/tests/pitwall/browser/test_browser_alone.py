@@ -1,4 +1,4 @@
-"""The pit wall in a real browser: for strangers and watchers, with a recording, and as a command that dies."""
+"""The pit wall in a real browser: unauthorized and read-only viewers, a recording, and an ended command."""
 
 from __future__ import annotations
 
@@ -116,7 +116,7 @@ def test_a_recording_is_paused_stepped_and_planned_anew(browser: Browser, cli: A
 
 
 def start(port: int, folder: Path) -> subprocess.Popen[str]:
-    """The command itself."""
+    """Runs the command."""
     script = "from firstlap_command import main; main()"
     arguments = ["view", "oval", "--port", str(port), "--no-open"]
     process = subprocess.Popen(

@@ -1,4 +1,4 @@
-"""What one picture of the pit wall shows is of one step: the car, what it saw, and what it planned."""
+"""Each rendered frame of the pit wall shows one step: the car, its perception and its plan."""
 
 from __future__ import annotations
 
@@ -27,18 +27,18 @@ if TYPE_CHECKING:
 
 pytestmark = pytest.mark.filterwarnings("ignore:Queued a .* on a closed connection")
 STANDS = ((-0.75, 0.0, 0.0), (0.75, 0.25, 0.0))
-"""Where the car is, at every other step [m, rad]."""
+"""The car's two alternating poses [m, rad]."""
 YARD = np.array([[-4.0, -4.0], [4.0, -4.0], [4.0, 4.0], [-4.0, 4.0], [-4.0, -4.0]])
 COLORS = {"car": rgb(INK), "cloud": rgb(LEFT), "line": rgb(LINE)}
 PERIOD = 0.1
-"""[s] between steps."""
+"""[s] Period of the steps."""
 FRAMES = 60
 TOLERANCE = 6.0
-"""[pixels] by which the middle of what is drawn on whole pixels moves within itself; a step is 30 of them and more."""
+"""[pixels] Tolerance of the center of a rasterized drawing; a step moves it by 30 pixels or more."""
 
 
 class Jumping:
-    """A source whose car is somewhere else at every step, and sees and plans the same from there."""
+    """A source whose car changes its pose at every step, with the same perception and plan in its frame."""
 
     title = "jumping"
     scenery = Scenery((YARD,), (False,))
@@ -58,25 +58,25 @@ class Jumping:
         self._lock, self._began = threading.Lock(), time.monotonic()
 
     def latest(self) -> Frame:
-        """By the time since it began."""
+        """The frame for the current time."""
         number = int((time.monotonic() - self._began) / PERIOD)
         pose = STANDS[number % len(STANDS)]
         return Frame(number, PERIOD * number, pose, 1.0, 0.0, 0.2, "local", self._trace, 100.0)
 
     def start(self) -> None:
-        """Nothing to begin."""
+        """Does nothing."""
 
     close = start
 
     def change(self, values: Any) -> None:
-        """Nothing to change."""
+        """Does nothing."""
 
     choose = change
 
 
 @pytest.fixture(scope="module")
 def watched(browser: Browser) -> Iterator[tuple[App, Sight]]:
-    """One page before it."""
+    """Opens a page."""
     source, authenticator = Jumping(), Authenticator()
     app = serve(source, port=0, authenticator=authenticator)
     sight = Sight(browser, authenticator.url, 1250, fine=0.5, script=PLACES).ready()
@@ -86,17 +86,17 @@ def watched(browser: Browser) -> Iterator[tuple[App, Sight]]:
 
 
 def middles(places: list[Any]) -> dict[str, np.ndarray]:
-    """(pictures, 2) [pixels] of each color; NaN where it is not seen."""
+    """Centers (frames, 2) [pixels] of each color; NaN if it is not visible."""
     return {name: np.array([(place[name] or [np.nan] * 3)[:2] for place in places]) for name in COLORS}
 
 
 def spread(places: np.ndarray) -> np.ndarray:
-    """(pictures,) [pixels] how far each is from the usual one; infinite where something is not seen."""
+    """Deviation (frames,) [pixels] from the median; infinite if something is not visible."""
     return np.nan_to_num(np.abs(places - np.nanmedian(places, axis=0)).max(axis=1), nan=np.inf)
 
 
 def settled(places: list[Any]) -> bool:
-    """Whether all is seen, and by a camera that no longer moves: two drawings of one kind stand still to each other."""
+    """Whether everything is visible and the camera no longer moves."""
     seen = all(place[name] for place in places for name in COLORS)
     at = middles(places) if seen and len(places) == 8 else {}
     return bool(at) and bool(spread(at["line"] - at["cloud"]).max() < 1.0)

@@ -1,4 +1,4 @@
-"""What one command line came to, for the tests."""
+"""The result of a command line, for the tests."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import json
 from typing import Any, NamedTuple
 
 
-class Said(NamedTuple):
-    """What one command line came to."""
+class CommandResult(NamedTuple):
+    """The result of a command line."""
 
     code: int
     out: str
