@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "firstlap/common/geometry.hpp"
 
@@ -52,6 +53,62 @@ void insert_candidate(SplitCandidate candidate, std::size_t most, Candidates& be
   best.count = std::min(best.count + 1, most);
   for (std::size_t i = best.count - 1; i > at; --i) best.items[i] = best.items[i - 1];
   best.items[at] = candidate;
+}
+
+// Ranks the splits of a scan by depth and by the sides that its samples had in earlier scans. Sections are passed in
+// scan order: at the first split all sections are left, and those passed are right.
+class SplitRanking {
+ public:
+  SplitRanking(const Buffer<SectionSample>& samples, const SegmentationParams& params) noexcept
+      : samples_(samples), params_(params) {
+    for (const SectionSample& sample : samples) {
+      votes_ += std::abs(sample.vote);
+      wrong_ += sample.vote < 0 ? 1.0 : 0.0;
+    }
+    right_before_ = wrong_;
+  }
+
+  void consider(std::size_t split, double depth) noexcept {
+    const double share = votes_ > 0.0 ? wrong_ / votes_ : 0.0;
+    const double trust = std::min(1.0, votes_ / params_.past_samples);
+    const double factor = 1.0 - params_.past_weight * trust * std::min(1.0, params_.past_gain * share);
+    insert_candidate({split, depth * factor}, static_cast<std::size_t>(params_.split_candidates), best_);
+  }
+
+  void pass(std::size_t section) noexcept {
+    for (; next_ < samples_.size() && samples_[next_].section <= section; ++next_) wrong_ += samples_[next_].vote;
+  }
+
+  [[nodiscard]] const Candidates& best() const noexcept { return best_; }
+  [[nodiscard]] bool knows_sides() const noexcept { return votes_ > 0.0; }
+
+  // Whether earlier scans had enough of both sides, or nothing is known of them.
+  [[nodiscard]] bool were_both_sides() const noexcept {
+    const double left_before = votes_ - right_before_;
+    return votes_ == 0.0 || std::min(right_before_, left_before) > params_.both_share * votes_;
+  }
+
+ private:
+  const Buffer<SectionSample>& samples_;
+  const SegmentationParams& params_;
+  Candidates best_;
+  std::size_t next_ = 0;       // first sample not yet passed
+  double votes_ = 0.0;         // labels of all samples
+  double wrong_ = 0.0;         // labels that contradict the current split
+  double right_before_ = 0.0;  // labels for right
+};
+
+// [m] Depth of the gap between two sections; none if it is too narrow for the car.
+std::optional<double> depth_between(const Buffer<ScanPoint>& points, const Section& before, const Section& after,
+                                    double width, const SegmentationParams& params) noexcept {
+  const ScanPoint& a = points[before.last];
+  const ScanPoint& b = points[after.first];
+  const double gap = norm(b.x - a.x, b.y - a.y);
+  if (gap < passable_gap(width, params)) return std::nullopt;
+  // The track ahead is about as wide as before.
+  const double fit = std::min(1.0, gap / (params.fit_share * width));
+  const double depth = std::max(a.range, b.range) * fit;
+  return is_hole(points, before, after, params) ? params.hole_score * depth : depth;
 }
 
 // Mean direction of the wall before its visible end, as a unit vector into the occluded area.
@@ -171,56 +228,29 @@ void mark_continuation(const Buffer<Section>& sections, const Buffer<SectionSamp
 Candidates rank_splits(const Buffer<ScanPoint>& points, const Buffer<Section>& sections,
                        const Buffer<SectionSample>& samples, double width, const CarGeometry& car,
                        const SegmentationParams& params) noexcept {
-  Candidates best;
-  const std::size_t n = sections.size();
   const std::size_t first = first_kept(sections);
-  if (first == n) return best;
-
-  double votes = 0.0;
-  double wrong = 0.0;  // labels that contradict the current split; at the first split all sections are left
-  for (const SectionSample& sample : samples) {
-    votes += std::abs(sample.vote);
-    wrong += sample.vote < 0 ? 1.0 : 0.0;
-  }
-  const double right_before = wrong;
-  const double gap_needed = passable_gap(width, params);
-  const auto consider = [&](std::size_t split, double depth) {
-    const double share = votes > 0.0 ? wrong / votes : 0.0;
-    const double trust = std::min(1.0, votes / params.past_samples);
-    const double factor = 1.0 - params.past_weight * trust * std::min(1.0, params.past_gain * share);
-    insert_candidate({split, depth * factor}, static_cast<std::size_t>(params.split_candidates), best);
-  };
-
+  if (first == sections.size()) return {};
+  SplitRanking ranking(samples, params);
   const ScanPoint& start = points[sections[first].first];
-  if (start.y > 0.0 || votes > 0.0) consider(first, params.one_sided_score * start.range);
-  std::size_t sample = 0;
-  const Section* before = nullptr;
-  for (std::size_t i = 0; i < n; ++i) {
-    if (sections[i].status == SectionStatus::kept && before != nullptr) {
-      const ScanPoint& a = points[before->last];
-      const ScanPoint& b = points[sections[i].first];
-      const double gap = norm(b.x - a.x, b.y - a.y);
-      const bool passable = gap >= gap_needed;
-      // The track ahead is about as wide as before.
-      const double fit = std::min(1.0, gap / (params.fit_share * width));
-      const double depth = std::max(a.range, b.range) * fit;
-      if (passable) consider(i, is_hole(points, *before, sections[i], params) ? params.hole_score * depth : depth);
+  if (start.y > 0.0 || ranking.knows_sides()) ranking.consider(first, params.one_sided_score * start.range);
+  const Section* before = &sections[first];
+  ranking.pass(first);
+  for (std::size_t i = first + 1; i < sections.size(); ++i) {
+    const bool kept = sections[i].status == SectionStatus::kept;
+    if (kept) {
+      if (const auto depth = depth_between(points, *before, sections[i], width, params)) ranking.consider(i, *depth);
+      before = &sections[i];
     }
-    for (; sample < samples.size() && samples[sample].section <= i; ++sample) wrong += samples[sample].vote;
-    if (sections[i].status == SectionStatus::kept) before = &sections[i];
+    ranking.pass(i);
   }
-  if (before == nullptr) return best;
   const ScanPoint& end = points[before->last];
-  if (end.y < 0.0 || votes > 0.0) consider(n, params.one_sided_score * end.range);
   // A single wall that surrounds the car belongs to the side where it starts.
-  if (best.count == 0) consider(n, params.one_sided_score * end.range);
+  if (end.y < 0.0 || ranking.knows_sides() || ranking.best().count == 0)
+    ranking.consider(sections.size(), params.one_sided_score * end.range);
   // A single wall on both sides of the car, which was on both sides before, is a dead end.
   const bool around = start.y < 0.0 && end.y > 0.0 && start.x < car.laser_x && end.x < car.laser_x;
-  const double left_before = votes - right_before;
-  if (params.both_share < 1.0 && around && before == &sections[first] &&
-      (votes == 0.0 || std::min(right_before, left_before) > params.both_share * votes))
-    best.count = 0;
-  return best;
+  const bool dead_end = params.both_share < 1.0 && around && before == &sections[first] && ranking.were_both_sides();
+  return dead_end ? Candidates{} : ranking.best();
 }
 
 void split_into_sides(const Buffer<Section>& sections, const Buffer<SectionSample>& samples, const Split& split,

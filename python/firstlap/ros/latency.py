@@ -35,6 +35,8 @@ STOPPED = 10
 """Number of consecutive stop commands after which the node is resumed."""
 READY = 30.0
 """[s] Timeout of the driving node's start."""
+LAST_ANSWERS = 1.0
+"""[s] Timeout for the answers to the last scans."""
 BINS = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0, 10.0, 15.0, 20.0, 30.0, 50.0, 100.0)
 """[ms] upper edges of the histogram."""
 
@@ -146,90 +148,124 @@ def _memory(process: int) -> list[float]:
     return [pages * os.sysconf("SC_PAGE_SIZE") / 1e6]
 
 
+class _Player:
+    """Publishes scans and odometry to a driving node, and receives its commands. found: result. rate: [Hz]."""
+
+    def __init__(self, found: Latency, rate: float) -> None:
+        import rclpy
+        from rclpy.executors import SingleThreadedExecutor
+
+        self._found, self._rate = found, rate
+        self.counting, self.answered_at = False, -1
+        self.sent = 0
+        self._playing, self._stopped, self._now = True, 0, 0.0
+        self._unanswered: dict[int, float] = {}
+        self._context = rclpy.Context()
+        rclpy.init(context=self._context)
+        self._node = rclpy.create_node("firstlap_latency", context=self._context)
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self._node)
+        self._connect()
+
+    def _connect(self) -> None:
+        from ackermann_msgs.msg import AckermannDriveStamped
+        from diagnostic_msgs.msg import DiagnosticArray
+        from nav_msgs.msg import Odometry
+        from rclpy.qos import qos_profile_sensor_data
+        from sensor_msgs.msg import LaserScan
+        from std_srvs.srv import Trigger
+
+        self._scan_out = self._node.create_publisher(LaserScan, "scan", qos_profile_sensor_data)
+        self._odom_out = self._node.create_publisher(Odometry, "odom", qos_profile_sensor_data)
+        self._node.create_subscription(AckermannDriveStamped, "drive", self._on_drive, 10)
+        self._node.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 10)
+        self._resume = self._node.create_client(Trigger, "firstlap_drive/resume")
+
+    def _on_drive(self, message: Any) -> None:
+        began = self._unanswered.pop(_key(message.header.stamp), None)
+        if began is not None and self.counting:
+            self._found.scan_to_drive.append(1e3 * (time.perf_counter() - began))
+        self._stopped = self._stopped + 1 if began is None else 0  # the watchdog's stops answer no scan
+        if self._stopped == STOPPED:
+            self._found.stops += self.counting and self._playing
+            self._resume.call_async(self._resume.srv_type.Request())
+            self._stopped = 0
+
+    def _on_diagnostics(self, message: Any) -> None:
+        values = {value.key: value.value for value in message.status[0].values}
+        self._found.node = {name: value for name, value in values.items() if "[us]" in name or name == MISSED}
+
+    def spin(self, seconds: float) -> None:
+        """Receives messages for at most this time [s]."""
+        self._executor.spin_once(timeout_sec=seconds)
+
+    def send(self, scan: npt.NDArray[np.float32], header: Any, state: tuple[float, float]) -> None:
+        """Publishes one scan and the odometry at its time: speed [m/s], yaw rate [rad/s]."""
+        from firstlap.ros import sim_messages as make
+
+        before, self._now = self._now, self._node.get_clock().now().nanoseconds * 1e-9
+        if self.counting:
+            self._found.unsent += missed_between(self._now - before, 1.0 / self._rate)
+        speed, yaw_rate = state
+        self._odom_out.publish(make.odometry(self._now, "odom", "base_link", (0.0, 0.0, 0.0), (speed, 0.0, yaw_rate)))
+        message = make.scan(self._now, "laser", scan, header, 1.0 / self._rate)
+        self._unanswered[_key(message.header.stamp)] = time.perf_counter()
+        self._scan_out.publish(message)
+        self.sent += 1
+        self._count()
+        if len(self._unanswered) > SCANS:
+            self._unanswered.pop(next(iter(self._unanswered)))
+
+    def _count(self) -> None:
+        """Counts scans after the warm-up, which begins with the first answer."""
+        if self.answered_at < 0 and len(self._unanswered) < self.sent:
+            self.answered_at = self.sent
+        if not self.counting and 0 <= self.answered_at < self.sent - WARM_UP * self._rate:
+            self.counting, self._found.missed_before = True, self._found.missed_in_all
+        self._found.scans += self.counting
+
+    def finish(self) -> None:
+        """Receives the answers that are still on their way."""
+        self._playing = False
+        end = time.perf_counter() + LAST_ANSWERS
+        while self._unanswered and time.perf_counter() < end:
+            self.spin(0.05)
+
+    def close(self) -> None:
+        """Ends the node."""
+        import rclpy
+
+        self._executor.remove_node(self._node)
+        self._node.destroy_node()
+        rclpy.shutdown(context=self._context)
+
+
+def _key(stamp: Any) -> int:
+    return int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)
+
+
 def _play(played: Any, node: Any, seconds: float, rate: float, progress: Callable[[float], object] | None) -> Latency:
-    import rclpy
-    from ackermann_msgs.msg import AckermannDriveStamped
-    from diagnostic_msgs.msg import DiagnosticArray
-    from nav_msgs.msg import Odometry
-    from rclpy.executors import SingleThreadedExecutor
-    from rclpy.qos import qos_profile_sensor_data
-    from sensor_msgs.msg import LaserScan
-    from std_srvs.srv import Trigger
-
-    from firstlap.ros import sim_messages as make
-
     scans, states, header = played
     found = Latency(load=(os.getloadavg()[0], 0.0))
-    sent: dict[int, float] = {}
-    counting, playing, stopped = False, True, 0
-    context = rclpy.Context()
-    rclpy.init(context=context)
-    probe = rclpy.create_node("firstlap_latency", context=context)
-    executor = SingleThreadedExecutor(context=context)
-    executor.add_node(probe)
-
-    def key(stamp: Any) -> int:
-        return int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)
-
-    def on_drive(message: Any) -> None:
-        nonlocal stopped
-        began = sent.pop(key(message.header.stamp), None)
-        if began is not None and counting:
-            found.scan_to_drive.append(1e3 * (time.perf_counter() - began))
-        stopped = stopped + 1 if began is None else 0  # the watchdog's stops have no scan
-        if stopped == STOPPED:
-            found.stops += counting and playing
-            resume.call_async(Trigger.Request())
-            stopped = 0
-
-    def on_diagnostics(message: Any) -> None:
-        values = {value.key: value.value for value in message.status[0].values}
-        found.node = {name: value for name, value in values.items() if "[us]" in name or name == MISSED}
-
-    scan_out = probe.create_publisher(LaserScan, "scan", qos_profile_sensor_data)
-    odom_out = probe.create_publisher(Odometry, "odom", qos_profile_sensor_data)
-    probe.create_subscription(AckermannDriveStamped, "drive", on_drive, 10)
-    probe.create_subscription(DiagnosticArray, "/diagnostics", on_diagnostics, 10)
-    resume = probe.create_client(Trigger, "firstlap_drive/resume")
-    total, i, answered_at, now = int(seconds * rate), 0, None, 0.0
+    player = _Player(found, rate)
+    total = int(seconds * rate)
     begin = due = time.perf_counter()
     try:
         while found.scans < total:
             wait = due - time.perf_counter()
             if wait > 0.0:
-                executor.spin_once(timeout_sec=wait)
+                player.spin(wait)
                 continue
-            if node.poll() is not None or (answered_at is None and due - begin > READY):
+            if node.poll() is not None or (player.answered_at < 0 and due - begin > READY):
                 raise InputError("the driving node did not start: run `firstlap drive` to see why")
-            before, now = now, probe.get_clock().now().nanoseconds * 1e-9
-            if counting:
-                found.unsent += missed_between(now - before, 1.0 / rate)
-            speed, yaw_rate = states[i % len(states)]
-            odom_out.publish(make.odometry(now, "odom", "base_link", (0.0, 0.0, 0.0), (speed, 0.0, yaw_rate)))
-            message = make.scan(now, "laser", scans[i % len(scans)], header, 1.0 / rate)
-            sent[key(message.header.stamp)] = time.perf_counter()
-            scan_out.publish(message)
-            i += 1
+            player.send(scans[player.sent % len(scans)], header, states[player.sent % len(states)])
             due = max(due + 1.0 / rate, time.perf_counter())
-            if answered_at is None and len(sent) < i:
-                answered_at = i
-            if not counting and answered_at is not None and i > answered_at + WARM_UP * rate:
-                counting, found.missed_before = True, found.missed_in_all
-            if counting:
-                found.scans += 1
-                if found.scans % round(max(rate, 1.0)) == 1:
-                    found.memory += _memory(node.pid)
-                if progress:
-                    progress(found.scans / total)
-            if len(sent) > SCANS:
-                sent.pop(next(iter(sent)))
-        playing = False
-        end = time.perf_counter() + 1.0
-        while sent and time.perf_counter() < end:
-            executor.spin_once(timeout_sec=0.05)
+            if player.counting and found.scans % round(max(rate, 1.0)) == 1:
+                found.memory += _memory(node.pid)
+            if player.counting and progress:
+                progress(found.scans / total)
+        player.finish()
     finally:
-        executor.remove_node(probe)
-        probe.destroy_node()
-        rclpy.shutdown(context=context)
+        player.close()
     found.load = (found.load[0], os.getloadavg()[0])
     return found

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -35,6 +36,8 @@ OPTION_FIELDS = FieldTable([*_core.RaceOptions.fields(), *_core.Car.fields()])
 OPTIONS = "race options"
 """Name of the conditions in messages."""
 SCANS_PER_CALLBACK = 40
+OF_THE_CORE = ("outcome", "time", "distance", "laps", "contact", "compute_times", "path", "skipped_scans", "obstacle")
+"""Fields that a `RaceResult` copies from the core's result."""
 
 
 @dataclass(frozen=True)
@@ -255,9 +258,7 @@ def race(
     starter = handle if logged is None else CoreHandle(logged)
     tell_start(handle, track, options)
     running = start_race(track, starter, car, laps=laps, seed=seed, options={**delay, **(options or {})})
-    try:
-        if isinstance(handle, UsesTruePose):
-            handle.use_true_pose(running, track)
+    with _true_pose(handle, running, track):
         if record is not None and logged is not None:
             from firstlap.recordings.race_log import drive_and_log, race_about
 
@@ -266,9 +267,6 @@ def race(
         while running.advance(SCANS_PER_CALLBACK):
             if on_progress:
                 on_progress(running)
-    finally:
-        if isinstance(handle, UsesTruePose):
-            handle.use_true_pose(None, track)
     found = running.result()
     return RaceResult(
         track=track,
@@ -276,20 +274,25 @@ def race(
         car=car,
         seed=seed,
         direction="reverse" if reverse else "forward",
-        outcome=found["outcome"],
-        time=found["time"],
-        distance=found["distance"],
-        laps=found["laps"],
-        contact=found["contact"],
-        compute_times=found["compute_times"],
-        path=found["path"],
         options=dict(options or {}),
-        skipped_scans=found["skipped_scans"],
         latency=latency,
-        obstacle=found["obstacle"],
         preparation=preparation,
         ending=None if found["outcome"] == "finished" else _ending(running, car, found["path"]["status"]),
+        **{name: found[name] for name in OF_THE_CORE},
     )
+
+
+@contextmanager
+def _true_pose(handle: Handle, running: _core.Race, track: Track) -> Iterator[None]:
+    """While the race runs, a driver that can use its true pose has it."""
+    if not isinstance(handle, UsesTruePose):
+        yield
+        return
+    try:
+        handle.use_true_pose(running, track)
+        yield
+    finally:
+        handle.use_true_pose(None, track)
 
 
 def _ending(running: _core.Race, car: Car, statuses: npt.NDArray[Any]) -> Ending | None:
