@@ -66,7 +66,7 @@ def word(lab: Any, *arguments: str) -> tuple[int | None, str]:
 
 def refused(lab: Any) -> bool:
     """Whether consent is refused because of the emergency stop."""
-    return word(lab, "go")[1].startswith("error: emergency stop; it must be released first")
+    return word(lab, "go")[1].startswith("error: emergency stop: release it first")
 
 
 def let_go(lab: Any) -> None:
