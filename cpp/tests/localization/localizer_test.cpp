@@ -30,7 +30,7 @@ Estimate steps(Localizer& localizer, Drive& drive, int count) {
 }
 
 std::unique_ptr<Localizer> on(const sim::Track& track, std::uint64_t seed = 1) {
-  return std::make_unique<Localizer>(testing::field_of_track(track), CarGeometry{}, LocalizerParams{}, seed);
+  return std::make_unique<Localizer>(testing::field_of_track(track), CarModel{}, LocalizerParams{}, seed);
 }
 
 TEST(Localizer, follows_a_racing_car_within_centimeters) {
