@@ -1,4 +1,4 @@
-"""How long tests wait for a process or a thread: a bound on hanging, not on speed."""
+"""Timeout of tests for a process or a thread; it detects hangs, not slowness."""
 
 PATIENCE = 300.0
-"""[s]"""
+"""[s] Timeout."""
