@@ -84,7 +84,7 @@ WHY = """## Limits and their causes
 
 
 def name_of(track: str) -> str:
-    """The name that a row shows: a map's file name without its folder."""
+    """The name in a row: for a map, its file name without folder."""
     return pathlib.PurePath(track).stem if track.endswith(".yaml") else track
 
 
@@ -99,7 +99,7 @@ def command(found: dict[str, Any], file: str) -> str:
 
 
 def percent(rate: float | None) -> str:
-    """A rate, or a dash."""
+    """A rate as text, or a dash for None."""
     return "–" if rate is None else f"{100.0 * rate:.1f} %"
 
 

@@ -1,7 +1,7 @@
-"""Drives racing lines in the simulator with the true pose, or with --noise one that is 3 cm, 1 degree and 20 ms off.
+"""Drives racing lines in the simulator with the true pose; --noise: with pose errors of 3 cm, 1 degree and 20 ms.
 
-One row per track and seed: laps, clearance, and the milliseconds of a control step (of this thread alone). 1 where a
-race did not finish. Needs the extra `global`.
+One row per track and seed: laps, clearance, and CPU time of a control step in milliseconds. Exit code 1 if a race did
+not finish. Needs the extra `global`.
 """
 
 from __future__ import annotations
@@ -27,15 +27,15 @@ from firstlap.tracks.library import list_tracks, load_track
 from firstlap.tracks.track import Track
 
 LATENCY = 0.005
-"""[s] from measurement to command in these races."""
+"""[s] Delay from measurement to command in these races."""
 FEW_BEAMS = 3
-"""The controller looks at no scan: there is no need to cast one."""
+"""The controller uses no scan, so none is simulated."""
 
 
 def drive(
     track: Track, line: RaceLine, car: Car, params: MpcParams, laps: int, seed: int, errors: PoseErrors
 ) -> tuple[dict, PoseDriver]:
-    """One race: what it came to, and its driver."""
+    """Runs a race; returns its result and its driver."""
     options = _core.RaceOptions()
     for name, value in {"laps": laps, "compute_latency": LATENCY}.items():
         field = OPTION_FIELDS.find(name, "options")
@@ -51,7 +51,7 @@ def drive(
 
 
 def row(name: str, seed: int, line: RaceLine, result: dict, driver: PoseDriver) -> str:
-    """One line of the table."""
+    """A row of the table."""
     times = [lap["time"] for lap in result["laps"]]
     flying = times[1:] or times or [float("nan")]
     clear = min((lap["min_clearance"] for lap in result["laps"]), default=float("nan"))
@@ -66,20 +66,20 @@ def row(name: str, seed: int, line: RaceLine, result: dict, driver: PoseDriver) 
 
 
 def main() -> int:
-    """One row per track and seed."""
+    """Prints one row per track and seed."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("tracks", nargs="*", help="as of `firstlap race`; default: all of ours")
+    parser.add_argument("tracks", nargs="*", help="as for `firstlap race`; default: all tracks of the package")
     parser.add_argument("--car", default="default")
     parser.add_argument("--laps", type=int, default=10)
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--noise", action="store_true")
-    parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="of the controller")
-    parser.add_argument("--line", action="append", default=[], metavar="NAME=VALUE", help="of the line")
+    parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="parameter of the controller")
+    parser.add_argument("--line", action="append", default=[], metavar="NAME=VALUE", help="parameter of the line")
     given = parser.parse_args()
     mpc = dict(MPC_FIELDS.parse_assignment(text) for text in given.set)
     lines = dict(LINE_FIELDS.parse_assignment(text) for text in given.line)
     params = from_values(MpcParams, "mpc", {(field.section, field.name): value for field, value in mpc.items()})
-    # A machine that is busy with other things must not make a plan late here: what a step takes is in the table.
+    # Plans must not be late on a busy machine; the table shows the step time.
     params = replace(params, time_limit=1.0)
     shape = from_values(LineParams, "line", {(field.section, field.name): value for field, value in lines.items()})
     car = load_car(given.car)

@@ -32,7 +32,7 @@ scripts/tuning_results_page.py --global global.json OUT/*.json >docs/tuning_resu
 
 
 def name_of(track: str) -> str:
-    """The name that a row shows: a map's file name without its folder."""
+    """The name in a row: for a map, its file name without folder."""
     return pathlib.PurePath(track).stem if track.endswith(".yaml") else track
 
 

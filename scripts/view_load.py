@@ -1,11 +1,11 @@
-"""Does watching slow the car? Step times and the beat of the scans in a shown race, without and with viewers.
+"""Measure whether viewers slow the car: step times and scan timing of a shown race, with and without viewers.
 
-Viewers are processes of their own: plain clients that take every message as a browser does (`clients`), clients that
-stop reading as a browser that sleeps does (`sleepers`), or pages of a real browser (`browsers`, wants playwright and
-chromium; where it draws without a graphics card it takes all the processor there is).
-The kinds take turns within one run, so that what else the machine does falls on all of them. Prints a table in
-Markdown: the step by its thread's CPU clock and by the wall clock, how late scans were, and by how much the period
-between two scans was off, all in microseconds; and how many frames the page was shown a second.
+Viewers are separate processes: plain clients that read every message like a browser (`clients`), clients that stop
+reading like a suspended browser (`sleepers`), or pages of a real browser (`browsers`, needs playwright and chromium;
+software rendering uses all available CPU time). The kinds alternate within one run, so that other load on the machine
+affects all of them alike. Prints a table in Markdown: the step by its thread's CPU clock and by the wall clock, how
+late scans were, and by how much the period between two scans was off, all in microseconds; and how many frames the page
+was shown a second.
 """
 
 from __future__ import annotations
@@ -32,19 +32,19 @@ from firstlap.tracks.library import load_track
 KINDS = ("clients", "sleepers", "browsers")
 CHROMIUM = "/usr/bin/chromium"
 ARRIVAL = 120.0
-"""[s] in which all viewers must have come."""
+"""[s] Timeout for all viewers to connect."""
 SETTLING = 2.0
-"""[s] after it before anything counts."""
+"""[s] Warm-up after that, not measured."""
 
 
 def main() -> None:
-    """Measures and prints."""
+    """Measures and prints the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--track", default="arena")
     parser.add_argument("--setup", default="sure")
     parser.add_argument("--viewers", type=int, default=3)
     parser.add_argument("--kinds", nargs="+", choices=KINDS, default=["clients"])
-    parser.add_argument("--seconds", type=float, default=15.0, help="of each measurement")
+    parser.add_argument("--seconds", type=float, default=15.0, help="duration of each measurement [s]")
     parser.add_argument("--rounds", type=int, default=2)
     parser.add_argument("--view", nargs=2, metavar=("KIND", "ADDRESS"), help=argparse.SUPPRESS)
     given = parser.parse_args()
@@ -77,7 +77,7 @@ def measured(source: SimSource, app: App, given: argparse.Namespace) -> dict[str
 
 
 def report(found: dict[str, list[Any]], given: argparse.Namespace) -> None:
-    """The table: p50 and p99 each."""
+    """The table with p50 and p99."""
     columns = ("viewers", "steps", "step, CPU", "step, wall", "late", "period off", "frames/s")
     print(f"| {' | '.join(columns)} |")
     print("|---|---|---|---|---|---|---|")
@@ -98,7 +98,7 @@ def _pair(values: Any) -> str:
 
 @contextlib.contextmanager
 def viewers(app: App, kind: str, count: int) -> Iterator[None]:
-    """So many processes that watch."""
+    """Runs a number of viewer processes."""
     each = count if kind == "browsers" else min(count, 1)
     command = [sys.executable, __file__, "--viewers", str(each), "--view", kind, f"127.0.0.1:{app.port}"]
     processes = [subprocess.Popen(command, stdin=subprocess.PIPE) for _ in range(count // max(each, 1))]
@@ -111,14 +111,14 @@ def viewers(app: App, kind: str, count: int) -> Iterator[None]:
         yield
     finally:
         for process in processes:
-            process.communicate()  # its input ends, and so does it
+            process.communicate()  # closing its input ends the process
         end = time.monotonic() + ARRIVAL
         while app.viewers and time.monotonic() < end:
             time.sleep(0.05)
 
 
 def view(kind: str, address: str, count: int) -> None:
-    """What a viewer's process does, until its input ends."""
+    """Main function of a viewer process; runs until its input is closed."""
     if kind == "browsers":
         _browse(f"http://{address}/", count)
     else:
