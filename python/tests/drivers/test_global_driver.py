@@ -167,7 +167,7 @@ def test_a_car_placed_by_hand_at_the_pit_wall_finds_itself(oval, prepared):
 def test_a_driver_of_one_way_is_not_placed_backwards(oval, prepared):
     source = SimSource(oval, coarse(), CAR)
     x, y, yaw = oval.start_pose(5.0)
-    with pytest.raises(InputError, match="one way"):
+    with pytest.raises(InputError, match="one direction"):
         source.place((x, y, yaw + np.pi))
 
 
