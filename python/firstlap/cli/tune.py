@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import shlex
 import sys
-import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
 
 from firstlap.cli.common import (
     CarOption,
@@ -23,11 +21,11 @@ from firstlap.cli.common import (
     fail,
     note,
     print_json,
-    progress_bar,
 )
-from firstlap.cli.tune_tables import live_bar, print_paper, print_tuned
+from firstlap.cli.output_folder import output_folder
+from firstlap.cli.tune_paper import paper_plan, refuse_unused, run_paper
+from firstlap.cli.tune_tables import live_bar, print_tuned
 from firstlap.common.errors import InputError
-from firstlap.config.car_file import Car
 from firstlap.tracks.library import list_tracks, load_track
 from firstlap.tracks.track import Track
 
@@ -38,6 +36,7 @@ if TYPE_CHECKING:
 
 
 def tune(
+    context: typer.Context,
     track: TrackArgument,
     start: Annotated[
         str | None,
@@ -110,7 +109,14 @@ def tune(
             help="Candidates per generation; default: depends on the number of parameters.",
         ),
     ] = None,
-    paper: Annotated[bool, typer.Option("--paper", help="No search: drive the paper's six settings on TRACK.")] = False,
+    paper: Annotated[bool, typer.Option("--paper", help="No search: drive the paper's settings on TRACK.")] = False,
+    published_only: Annotated[
+        bool, typer.Option("--published-only", help="With --paper: change nothing but what the paper prints.")
+    ] = False,
+    changes: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="NAME=VALUE", help="With --paper: change a parameter in all settings."),
+    ] = None,
     as_json: JsonOption = False,
 ) -> int:
     """Search for the fastest reliable setup on a track. Exit code 0 if one was found, 1 otherwise."""
@@ -119,8 +125,10 @@ def tune(
     from firstlap.tuning.study import check_study_file, quiet_optuna
     from firstlap.tuning.variation import evaluation_values
 
+    refuse_unused(context, paper)
     if paper:
-        return _paper(track, chosen_car(car, lidar), seeds, out, as_json)
+        plan = paper_plan(start, published_only, changes, judging, (seeds, workers))
+        return run_paper(track, reverse, chosen_car(car, lidar), plan, (out, as_json))
     quiet_optuna()
     limit = parse_budget(budget)
     judge = evaluation_values(judging)
@@ -143,7 +151,7 @@ def tune(
     known = {spec: load_track(spec) for spec in also or []}
     elsewhere = None if not validated else ([] if judge["other_seeds"] < 1 else list_tracks(), known, track)
     name = check_name(name) if name is not None else new_name(study_file, session.track, session.driver, reverse)
-    folder = _folder(out or Path("tuned") / name)
+    folder = output_folder(out or Path("tuned") / name)
     tuned, validation = _run(session, name, study_file, limit, (cluster, workers), elsewhere)
     return _finish(tuned, validation, folder, study_file, as_json)
 
@@ -173,17 +181,6 @@ def _run(
 def _other_tracks(ours: list[str], also: dict[str, Track], tuned_for: str) -> dict[str, Track]:
     """All tracks of the validation except the tuned one; ours are loaded only now, when they are needed."""
     return {name: load_track(name) for name in ours if name != tuned_for} | also
-
-
-def _folder(path: Path) -> Path:
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-        probe = path / ".probe"
-        probe.touch()
-        probe.unlink()
-    except OSError as error:
-        raise InputError(f"--out {path}: cannot be written ({error.strerror})") from None
-    return path
 
 
 @contextmanager
@@ -232,34 +229,4 @@ def _finish(tuned: Tuned, validation: Validation | None, folder: Path, study_fil
         print_tuned(found, page)
     if tuned.choice.holds is None:
         return fail("no reliable setup on the check seeds; try a longer --budget or a smaller --judge margin", 1)
-    return 0
-
-
-def _paper(track: str, car: Car, seeds: int, out: Path | None, as_json: bool) -> int:
-    from firstlap.tuning.paper import COUNT, drive_paper, paper_report, paper_summary
-    from firstlap.tuning.pool import StoppedError
-    from firstlap.tuning.setup_writer import write_text
-
-    loaded = load_track(track)
-    folder = _folder(out or Path("tuned") / f"paper-{Path(loaded.name).stem}")
-    stop = threading.Event()
-
-    def on_progress(_running: object) -> None:
-        if stop.is_set():
-            raise StoppedError
-
-    with progress_bar(TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn()) as bar:
-        task = bar.add_task("racing", total=COUNT * seeds)
-        try:
-            driven = drive_paper(loaded, car, seeds, lambda: bar.advance(task), on_progress)
-        except KeyboardInterrupt:
-            stop.set()
-            raise
-    found = paper_summary(track, loaded, car, driven)
-    page = folder / "report.html"
-    write_text(page, paper_report(found, driven))
-    if as_json:
-        print_json({**found, "report": str(page)})
-    else:
-        print_paper(found, page)
     return 0

@@ -92,23 +92,3 @@ def print_tuned(found: dict[str, Any], page: Path) -> None:
         out.print(escape(found["validation"]["verdict"]))
     files = [f"{title} {entry['file']}" for title, entry in marked if entry]
     out.print(escape("; ".join([*files, f"report {page}", f"study {found['study']} in {found['study_file']}"])))
-
-
-def print_paper(found: dict[str, Any], page: Path) -> None:
-    """Prints the six settings next to the paper's lap times."""
-    table = Table(title=escape(f"the paper's settings on {short_name(found['track'])}"))
-    for heading in ("setting", "lap s", "less than 0", "failed", "paper's lap s", "less than 0"):
-        table.add_column(heading, justify="right")
-    for row in found["settings"]:
-        cells = (row["lap"], row["less"], row["paper_lap"], row["paper_less"])
-        lap, less, theirs, their_less = ("-" if cell is None else cell for cell in cells)
-        table.add_row(
-            str(row["setting"]),
-            lap if lap == "-" else f"{lap:.2f}",
-            less if less == "-" else f"{less:.0%}",
-            f"{row['failed']} of {row['races']}",
-            theirs if theirs == "-" else f"{theirs:.1f}",
-            their_less if their_less == "-" else f"{their_less:.0%}",
-        )
-    console().print(table)
-    console().print(escape(f"report {page}"))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import signal
 import sqlite3
@@ -15,7 +14,6 @@ from pathlib import Path
 import pytest
 
 import firstlap
-from firstlap.tuning.paper import PRINTED_LAPS, paper_settings
 from firstlap.tuning.study import study_names
 
 pytest.importorskip("optuna", reason="the extra `tune` is not installed")
@@ -212,18 +210,3 @@ def finished(file: Path) -> int:
             return int(connection.execute("select count(*) from trials where state = 'COMPLETE'").fetchone()[0])
     except sqlite3.Error:
         return 0
-
-
-def test_the_papers_settings_go_from_base_to_race_and_are_driven(cli):
-    settings = paper_settings()
-    assert len(settings) == 6
-    for name in ("k_ang", "k_soft", "k_damp", "l_max", "v_max", "a_y_max"):
-        assert settings[0].get(name) == firstlap.load_setup("base").get(name)
-        assert settings[5].get(name) == firstlap.load_setup("race").get(name)
-    assert settings[2].get("v_max") == 6.5
-    found = cli("tune", "--paper", "oval", "--seeds", 1, "--json").json
-    assert [row["paper_lap"] for row in found["settings"]] == [PRINTED_LAPS.get(place) for place in range(6)]
-    assert found["settings"][5]["lap"] < found["settings"][0]["lap"]
-    page = Path(found["report"]).read_text(encoding="utf-8")
-    assert page.count("data:image/png;base64,") == 3
-    assert json.dumps(found)

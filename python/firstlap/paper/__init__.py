@@ -1,0 +1,1 @@
+"""The paper's results again: its settings, figures and comparison."""
