@@ -36,12 +36,21 @@ from firstlap.common.version import __version__
 from firstlap.sim.race import latency_options
 from firstlap.tracks.library import load_track
 
+PIPE_WIDTH = 180
+"""Columns of the table where it is not written to a terminal."""
+WORDS_WIDTH = 14
+"""Least columns of the text that wraps."""
+
 
 def compare(
     track: TrackArgument,
     drivers: Annotated[
         str | None,
-        typer.Option("--drivers", metavar="A,B:SETUP", help="Drivers, each with an optional setup; default: all."),
+        typer.Option(
+            "--drivers",
+            metavar="A,B:SETUP",
+            help="Drivers, each with an optional setup; default: all, local also with brisk and race.",
+        ),
     ] = None,
     laps: LapsOption = 10,
     seeds: Annotated[int, typer.Option("--seeds", min=1, max=10_000, help="Races per driver, seeds 1 to K.")] = 5,
@@ -184,13 +193,19 @@ def _print(found: dict[str, Any], notes: list[str]) -> None:
     )
     table = Table(title=escape(title + found["latency"] + described_options(found["options"])))
     for heading in HEADINGS:
-        table.add_column(heading, justify="left" if heading == HEADINGS[0] else "right", no_wrap=True)
+        words = heading == "tuned for"
+        table.add_column(
+            heading,
+            justify="left" if heading in HEADINGS[:2] else "right",
+            no_wrap=not words,
+            min_width=WORDS_WIDTH if words else None,
+        )
     for row, cells in zip(found["entries"], table_rows(found), strict=True):
         style = "" if row["finished"] == row["runs"] else "red" if row["finished"] == 0 else "yellow"
         table.add_row(*map(escape, cells), style=style)
     out = console()
     if not out.is_terminal:
-        out.width = 160
+        out.width = PIPE_WIDTH
     out.print(table)
     if found["reference"]:
         out.print(escape(f"relative: median lap time divided by that of {found['reference']}"))

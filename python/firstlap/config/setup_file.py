@@ -21,6 +21,9 @@ DEFAULT_SETUP = "sure"
 """What drives if neither a driver nor a setup is named, everywhere (docs/adr/0013-defaults.md)."""
 BASE = "base"
 """The paper's base setting; its values are the defaults of `SETUP_FIELDS` and of the C++ core."""
+TUNED_FOR = "tuned_for"
+"""Key of a setup file: the tracks for which a search found it."""
+MAX_TUNED_FOR = 300
 SETUP_FIELDS = FieldTable(_core.Params.fields())
 
 
@@ -28,7 +31,8 @@ SETUP_FIELDS = FieldTable(_core.Params.fields())
 class Setup:
     """Parameters of one driver. Immutable: `with_values` returns a changed copy.
 
-    given: values set by the file and later changes; all others are at their defaults.
+    given: values set by the file and later changes; all others are at their defaults. tuned_for: the tracks for which a
+    search found it; empty if none did.
     """
 
     name: str
@@ -36,11 +40,17 @@ class Setup:
     source: str = ""
     changed: Values = field(default_factory=dict)
     driver: str = LOCAL
+    tuned_for: str = ""
 
     @property
     def fields(self) -> FieldTable:
         """The field table of the driver."""
         return driver_kind(self.driver).fields
+
+    @property
+    def tuning(self) -> str:
+        """Whether it was tuned, and for what: "tuned for arena", "untuned"."""
+        return f"tuned for {self.tuned_for}" if self.tuned_for else "untuned"
 
     @property
     def title(self) -> str:
@@ -118,7 +128,8 @@ def list_setups(driver: str | None = None) -> list[str]:
 def load_setup(spec: str | Path, driver: str | None = None) -> Setup:
     """A setup of ours by its name, or the setup in a YAML file. Raises InputError, also if it is for another driver.
 
-    A setup file names its driver with a line `driver: NAME`; without one, it is for `local`.
+    A setup file names its driver with a line `driver: NAME`; without one, it is for `local`. A line `tuned_for: TRACKS`
+    says that a search found it on them.
     """
     setup = _load(spec)
     if driver is not None and setup.driver != driver:
@@ -164,10 +175,18 @@ def parse_setup(text: str, where: str, name: str | None = None) -> Setup:
         raise InputError(f"{where}: contains only comments; expected sections ({', '.join(SETUP_FIELDS.sections)})")
     data = dict(parse_mapping(text, where))
     kind = driver_kind(data.pop("driver", LOCAL), f"{where}: driver")
+    tuned_for = _tuned_for(data, where)
     values = kind.fields.check_sections(data, where)
-    setup = Setup(name or Path(where).stem, values, where, driver=kind.name)
+    setup = Setup(name or Path(where).stem, values, where, driver=kind.name, tuned_for=tuned_for)
     setup.validate(where)
     return setup
+
+
+def _tuned_for(data: dict[Any, Any], where: str) -> str:
+    text = data.pop(TUNED_FOR, "")
+    if not isinstance(text, str) or len(text) > MAX_TUNED_FOR or not text.isprintable():
+        raise InputError(f"{where}: {TUNED_FOR} is {str(text)[:60]!r}; expected a track's name, for example arena")
+    return text
 
 
 def _read(path: Path, name: str) -> Setup:

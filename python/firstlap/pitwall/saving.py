@@ -30,7 +30,7 @@ def save_setup(setup: Setup, loaded: Setup, folder: Path, name: str, title: str,
     if path.exists() and not replace:
         raise InputError(f"save: {path.name} exists already; select 'replace' or choose another name")
     check_writable(path, (SUFFIX,))
-    text = setup_text(setup.driver, _values_to_save(setup), _header(setup, loaded, name, title))
+    text = setup_text(setup.driver, _values_to_save(setup), _header(setup, loaded, name, title), setup.tuned_for)
     parse_setup(text, path.name)
     write_text(path, text)
     return path

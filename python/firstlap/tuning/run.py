@@ -112,7 +112,8 @@ def write_setups(tuned: Tuned, folder: Path) -> dict[str, Path]:
         if chosen is None:
             continue
         path = folder / f"{tuned.study.name}-{role}.yaml"
-        write_setup(path, tuned.session.driver, chosen.trial.given, _header(tuned, chosen, titles[role]))
+        header = _header(tuned, chosen, titles[role])
+        write_setup(path, tuned.session.driver, chosen.trial.given, header, tuned.session.tuned_for)
         written[role] = path
     return written
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from firstlap.common.errors import InputError
+from firstlap.common.text import printable, short_name
 from firstlap.common.version import __version__
 from firstlap.config.car_file import Car
 from firstlap.config.driver_kind import driver_kind
@@ -40,6 +41,11 @@ class Session:
     def driver(self) -> str:
         """The driver whose setup is tuned."""
         return self.starts[0].driver
+
+    @property
+    def tuned_for(self) -> str:
+        """What the setups of this session are tuned for, as their files say it."""
+        return printable(short_name(self.spec)) + (", reverse" if self.reverse else "")
 
     @property
     def spread(self) -> dict[str, float]:

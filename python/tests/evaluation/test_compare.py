@@ -20,9 +20,19 @@ from waiting import PATIENCE
 import firstlap
 from firstlap import _core
 from firstlap.config.driver_kind import CoreHandle, TableParams
+from firstlap.config.setup_file import list_setups, load_setup
 from firstlap.drivers import DRIVERS, DriverKind, Preparation
-from firstlap.evaluation.compare.compare import Comparison, Entry, paper_order, parse_entries, reference_row
+from firstlap.evaluation.compare.compare import (
+    Comparison,
+    Entry,
+    best_of_groups,
+    group_gaps,
+    parse_entries,
+    published_of_groups,
+    reference_row,
+)
 from firstlap.evaluation.compare.record import Store, race_key, to_record
+from firstlap.evaluation.compare.report import order_lines
 
 CAR = firstlap.load_car("default")
 QUICK = ("compare", "oval", "--laps", 2, "--seeds", 2, "--store", "races", "--latency", "none")
@@ -207,20 +217,78 @@ def test_bad_input_is_one_line_and_exit_2(cli, arguments, reason):
 
 
 def test_relative_is_to_global_where_it_raced():
-    rows = [
-        {"driver": "gap", "label": "gap", "median": 10.0, "success_rate": 1.0},
-        {"driver": "global", "label": "global", "median": 11.0, "success_rate": 1.0},
-        {"driver": "local", "label": "local", "median": 12.0, "success_rate": 1.0},
-        {"driver": "pid", "label": "pid", "median": None, "success_rate": 0.0},
-    ]
+    rows = [row_of("gap", 10.0), row_of("global", 11.0), row_of("local", 12.0), row_of("pid", None)]
     assert reference_row(rows)["label"] == "global"
     assert reference_row(rows[:1] + rows[2:])["label"] == "gap"
     assert reference_row([]) is None
-    order = paper_order(rows)
+    order = group_gaps(best_of_groups(rows))
     assert order["gaps"]["reactive_to_local"]["ours"] == pytest.approx(10 / 12 - 1)
     assert order["gaps"]["local_to_global"]["ours"] == pytest.approx(12 / 11 - 1)
     assert order["gaps"]["reactive_to_local"]["paper"] == pytest.approx(0.25)
-    assert paper_order(rows[:1])["gaps"]["local_to_global"]["ours"] is None
+    assert group_gaps(best_of_groups(rows[:1]))["gaps"]["local_to_global"]["ours"] is None
+
+
+def row_of(driver: str, median: float | None, setup: str = "", tuned_for: str | None = None) -> dict[str, Any]:
+    """A row of the table, of those keys that the summary reads."""
+    finished = 0 if median is None else 2
+    label = f"{driver}:{setup}" if setup else driver
+    rate = finished / 2
+    return {"driver": driver, "setup": setup or driver, "label": label, "median": median, "success_rate": rate,
+            "finished": finished, "runs": 2, "tuned_for": tuned_for}  # fmt: skip
+
+
+def test_by_default_the_fastest_general_setup_and_the_papers_are_raced_too():
+    labels = [entry.label for entry in parse_entries(None, CAR)]
+    assert labels == ["local", "local:brisk", "local:race", "gap", "disparity", "pid", "global"]
+
+
+def test_the_summary_has_the_papers_setting_and_the_best_and_says_which_are_tuned():
+    rows = [
+        row_of("local", 14.0),
+        row_of("local", 11.0, "brisk", "unknown tracks"),
+        row_of("local", 13.0, "race", "the track of the paper's race"),
+        row_of("disparity", 12.0, tuned_for="unknown tracks"),
+        row_of("global", 10.0),
+    ]
+    published, best = group_gaps(published_of_groups(rows)), group_gaps(best_of_groups(rows))
+    assert published["laps"]["local"]["label"] == "local:race"
+    assert best["laps"]["local"]["label"] == "local:brisk"
+    lines = order_lines({"entries": rows, "published": published, "order": best})
+    assert lines == [
+        "the paper's setting: reactive (disparity, tuned for unknown tracks, 12.00 s) compared with local (local:race, "
+        "tuned for the track of the paper's race, 13.00 s): -7.7% per lap; in the paper +25.0%",
+        "the paper's setting: local (local:race, tuned for the track of the paper's race, 13.00 s) compared with "
+        "global (global, untuned, 10.00 s): +30.0% per lap; in the paper +8.3%",
+        "the fastest setups: reactive (disparity, tuned for unknown tracks, 12.00 s) compared with local (local:brisk, "
+        "tuned for unknown tracks, 11.00 s): +9.1% per lap; in the paper +25.0%",
+        "the fastest setups: local (local:brisk, tuned for unknown tracks, 11.00 s) compared with global (global, "
+        "untuned, 10.00 s): +10.0% per lap; in the paper +8.3%",
+    ]
+
+
+def test_the_table_on_the_terminal_says_what_is_tuned(cli):
+    said = cli(*QUICK, "--drivers", "disparity:disparity_arena,local,gap", "--laps", 1, "--seeds", 1)
+    assert said.code == 0, said.err
+    for words in ("unknown tracks", "untuned", "arena"):
+        assert re.search(rf"│ {words} +│", said.out), words
+
+
+def test_a_papers_setting_that_fails_is_not_replaced_by_a_better_one():
+    rows = [row_of("local", None, "race"), row_of("local", 11.0, "brisk"), row_of("gap", 12.0)]
+    published = group_gaps(published_of_groups(rows))
+    assert published["gaps"]["reactive_to_local"]["ours"] is None
+    lines = order_lines({"entries": rows, "published": published, "order": group_gaps(best_of_groups(rows))})
+    assert lines[0] == "the paper's setting (local:race): 0 of 2 races finished"
+
+
+@pytest.mark.parametrize("name", list_setups())
+def test_a_setup_file_says_what_it_was_tuned_for(name):
+    """What a search found says so in its comments; the summary reads it from the file's line."""
+    setup = load_setup(name)
+    comments = " ".join(line for line in Path(setup.source).read_text().splitlines() if line.startswith("#"))
+    assert bool(re.search("found by a search|tuned to that|firstlap tune|Found by a search", comments)) == bool(
+        setup.tuned_for
+    )
 
 
 def test_of_rows_that_often_fail_none_is_the_reference():

@@ -19,10 +19,16 @@ from firstlap import _core
 from firstlap.common.errors import InputError
 from firstlap.config.car_file import Car
 from firstlap.config.driver_kind import DRIVERS, Preparation, driver_kind
-from firstlap.config.setup_file import Setup, choose_setup
+from firstlap.config.setup_file import LOCAL, Setup, choose_setup
 from firstlap.evaluation.compare.record import Record, Store, race_key, to_record
+from firstlap.evaluation.published import LAPS_BY_GROUP, LAST
 from firstlap.sim.race import latency_options, race
 from firstlap.tracks.track import Track
+
+ALSO_COMPARED: Mapping[str, tuple[str, ...]] = {LOCAL: ("brisk", LAST)}
+"""By driver, setups compared by default beside its default one: our fastest for unknown tracks, and the paper's."""
+GROUPS: Mapping[str, str] = {LOCAL: "local", "global": "global"}
+"""The paper's group of a driver; the others are reactive."""
 
 
 @dataclass
@@ -55,6 +61,7 @@ class Entry:
             "driver": self.setup.driver,
             "setup": self.setup.name,
             "label": self.label,
+            "tuned_for": self.setup.tuned_for or None,
             "needs_map": self.needs_map,
             "preparation": self.preparation.seconds,
             "runs": len(self.records),
@@ -72,9 +79,14 @@ class Entry:
         }
 
 
+def default_entries() -> list[str]:
+    """Every driver with its default setup, and what else a user would choose: `ALSO_COMPARED`."""
+    return [word for name in DRIVERS for word in (name, *(f"{name}:{setup}" for setup in ALSO_COMPARED.get(name, ())))]
+
+
 def parse_entries(text: str | None, car: Car) -> list[Entry]:
-    """Parses "local:race,gap,gap:gap_arena"; None: every driver with its default setup. Raises InputError."""
-    words = [word.strip() for word in text.split(",")] if text is not None else list(DRIVERS)
+    """Parses "local:race,gap,gap:gap_arena"; None: `default_entries`. Raises InputError."""
+    words = [word.strip() for word in text.split(",")] if text is not None else default_entries()
     entries: list[Entry] = []
     for word in words:
         name, colon, setup = word.partition(":")
@@ -195,7 +207,8 @@ class Comparison:
             "options": self.options,
             "reference": reference["label"] if reference else None,
             "entries": rows,
-            "order": paper_order(rows),
+            "order": group_gaps(best_of_groups(rows)),
+            "published": group_gaps(published_of_groups(rows)),
         }
 
 
@@ -207,25 +220,42 @@ def reference_row(rows: Iterable[dict[str, Any]]) -> dict[str, Any] | None:
     return min(candidates, key=lambda row: (-(row["success_rate"] or 0.0), row["median"]), default=None)
 
 
-PAPER = {"reactive": 16.0, "local": 12.8, "global": 11.82}
-"""Lap times [s] in the paper: reactive, local planning with Stanley control, map and global line."""
-
-
-def paper_order(rows: Iterable[dict[str, Any]]) -> dict[str, Any]:
-    """Our median lap times in the paper's three groups (of each the fastest that finished every race), and the
-    paper's."""
-    groups = {"local": "local", "global": "global"}
-    best: dict[str, tuple[float, str]] = {}
+def best_of_groups(rows: Iterable[dict[str, Any]]) -> dict[str, dict[str, Any]]:
+    """The fastest row of each of the paper's groups that finished every race."""
+    best: dict[str, dict[str, Any]] = {}
     for row in rows:
-        if row["median"] is None or row["success_rate"] != 1.0:
-            continue
-        group = groups.get(row["driver"], "reactive")
-        best[group] = min(best.get(group, (float("inf"), "")), (row["median"], row["label"]))
+        group = GROUPS.get(row["driver"], "reactive")
+        if _reliable(row) and (group not in best or row["median"] < best[group]["median"]):
+            best[group] = row
+    return best
+
+
+def published_of_groups(rows: Iterable[dict[str, Any]]) -> dict[str, dict[str, Any]]:
+    """As `best_of_groups`, with the paper's setting for the group local, if it was raced and finished every race."""
+    rows = list(rows)
+    best = best_of_groups(row for row in rows if row["driver"] != LOCAL)
+    for row in rows:
+        if (row["driver"], row["setup"]) == (LOCAL, LAST) and _reliable(row):
+            best["local"] = row
+    return best
+
+
+def _reliable(row: Mapping[str, Any]) -> bool:
+    return row["median"] is not None and row["success_rate"] == 1.0
+
+
+def group_gaps(rows: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
+    """Our median laps in the paper's groups, and how much slower one is than the next, ours and the paper's."""
     gaps = {}
-    for name, slower, faster in (("reactive_to_local", "reactive", "local"), ("local_to_global", "local", "global")):
-        ours = best[slower][0] / best[faster][0] - 1.0 if slower in best and faster in best else None
-        gaps[name] = {"ours": ours, "paper": PAPER[slower] / PAPER[faster] - 1.0}
-    return {"laps": {name: {"median": lap, "label": label} for name, (lap, label) in best.items()}, "gaps": gaps}
+    for slower, faster in (("reactive", "local"), ("local", "global")):
+        ours = rows[slower]["median"] / rows[faster]["median"] - 1.0 if slower in rows and faster in rows else None
+        paper = LAPS_BY_GROUP[slower] / LAPS_BY_GROUP[faster] - 1.0
+        gaps[f"{slower}_to_{faster}"] = {"ours": ours, "paper": paper}
+    laps = {
+        name: {"median": row["median"], "label": row["label"], "tuned_for": row["tuned_for"]}
+        for name, row in rows.items()
+    }
+    return {"laps": laps, "gaps": gaps}
 
 
 @dataclass(frozen=True)

@@ -18,18 +18,21 @@ from firstlap.common.files import check_writable, write_together
 from firstlap.common.version import __version__
 from firstlap.config.car_file import CAR_FIELDS
 from firstlap.config.driver_kind import driver_kind
+from firstlap.config.setup_file import LOCAL, TUNED_FOR
 from firstlap.evaluation.compare.compare import Comparison, stamp
 from firstlap.evaluation.compare.plot import comparison_figure
+from firstlap.evaluation.published import LAST
 from firstlap.tracks.track_hash import track_hash
 
 REPORTS = (".md", ".html")
 DPI = 110
 """Suffix of the plot."""
 HEADINGS = (
-    "driver", "map", "prep. s", "finished", "best s", "median s", "spread", "mean m/s", "distance m", "clear. m",
-    "p50 µs", "p99 µs", "skipped", "relative",
+    "driver", "tuned for", "map", "prep. s", "finished", "best s", "median s", "spread", "mean m/s", "distance m",
+    "clear. m", "p50 µs", "p99 µs", "skipped", "relative",
 )  # fmt: skip
 LEGEND = (
+    "tuned for: the tracks on which a search found the setup; a tuned driver is no fair opponent of an untuned one. "
     "Laps are the flying laps of finished races; spread is their standard deviation and distance their mean length. "
     "p50 and p99 are CPU times of a step. skipped counts scans that arrived while the driver was computing and were "
     "skipped. relative is the median lap relative to that of `REFERENCE`."
@@ -51,6 +54,7 @@ def table_rows(found: dict[str, Any]) -> list[list[str]]:
     return [
         [
             row["label"],
+            row["tuned_for"] or "untuned",
             "yes" if row["needs_map"] else "no",
             number(row["preparation"], 1) if row["needs_map"] else "–",
             f"{row['finished']} of {row['runs']}",
@@ -70,20 +74,32 @@ def table_rows(found: dict[str, Any]) -> list[list[str]]:
 
 
 def order_lines(found: dict[str, Any]) -> list[str]:
-    """Our ranking and the paper's, one sentence each."""
+    """Our ranking and the paper's, one sentence each: for the paper's setting, then for the fastest setups."""
+    lines = _gap_lines("the paper's setting", found["published"])
+    missing = [row for row in found["entries"] if (row["driver"], row["setup"]) == (LOCAL, LAST)]
+    if missing and "local" not in found["published"]["laps"]:
+        row = missing[0]
+        lines.append(f"the paper's setting ({row['label']}): {row['finished']} of {row['runs']} races finished")
+    return lines + _gap_lines("the fastest setups", found["order"])
+
+
+def _gap_lines(title: str, order: dict[str, Any]) -> list[str]:
     lines = []
-    names = {"reactive_to_local": ("reactive", "local"), "local_to_global": ("local", "global")}
-    for key, (slower, faster) in names.items():
-        gap = found["order"]["gaps"][key]
-        if gap["ours"] is None:
-            continue
-        laps = found["order"]["laps"]
-        lines.append(
-            f"{slower} ({laps[slower]['label']}, {laps[slower]['median']:.2f} s) compared with {faster} "
-            f"({laps[faster]['label']}, {laps[faster]['median']:.2f} s): {gap['ours']:+.1%} per lap; "
-            f"in the paper {gap['paper']:+.1%}"
-        )
+    for slower, faster in (("reactive", "local"), ("local", "global")):
+        gap = order["gaps"][f"{slower}_to_{faster}"]
+        if gap["ours"] is not None:
+            ours = f"{slower} ({_said(order['laps'][slower])}) compared with {faster} ({_said(order['laps'][faster])})"
+            lines.append(f"{title}: {ours}: {gap['ours']:+.1%} per lap; in the paper {gap['paper']:+.1%}")
     return lines
+
+
+def _said(lap: dict[str, Any]) -> str:
+    return f"{lap['label']}, {tuning_text(lap)}, {lap['median']:.2f} s"
+
+
+def tuning_text(row: dict[str, Any]) -> str:
+    """Whether the setup of a row was tuned, and for what."""
+    return f"tuned for {row['tuned_for']}" if row["tuned_for"] else "untuned"
 
 
 def write_report(comparison: Comparison, path: str | Path, command: str) -> None:
@@ -169,6 +185,8 @@ def _setups(comparison: Comparison) -> list[str]:
     parts = []
     for entry in comparison.entries:
         sections: dict[str, Any] = {"driver": entry.setup.driver}
+        if entry.setup.tuned_for:
+            sections[TUNED_FOR] = entry.setup.tuned_for
         for (section, field), value in entry.setup.given.items():
             sections.setdefault(section, {})[field] = value
         text = yaml.safe_dump(sections, sort_keys=False, allow_unicode=True)
