@@ -22,7 +22,7 @@ cpp_sources := $(shell find cpp/firstlap python/bindings -name '*.?pp' -o -name 
 cpp_files = $(shell find cpp python/bindings -name '*.hpp' -o -name '*.cpp')
 seconds ?= 30
 
-.PHONY: help race test test-cpp test-python bench lint format ros test-ros docs pictures sanitize mutants coverage fuzz build extras dev clean
+.PHONY: help race test test-cpp test-python bench lint format ros test-ros docs pictures paper sanitize mutants coverage fuzz build extras dev clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -66,6 +66,9 @@ pictures: .venv/.built .venv/.dev ## redraw the pictures of README and gallery
 	@$(python) scripts/perception_pictures.py docs
 	@$(python) scripts/gallery.py
 	@$(python) scripts/pit_wall_pictures.py docs
+
+paper: .venv/.built .venv/.extras ## drive the paper's settings and comparison on arena; redraws docs/paper-report
+	@$(firstlap) paper arena -o docs/paper-report
 
 sanitize: .venv/.run build/.gtest ## C++ tests with the address and undefined-behavior sanitizers
 	@mkdir -p build && $(cmake) --preset sanitize >build/sanitize.log 2>&1 || { cat build/sanitize.log; exit 1; }

@@ -17,6 +17,7 @@ from firstlap.config.setup_file import load_setup
 from firstlap.drivers.racer import Racer
 from firstlap.evaluation.perception.ground_truth import GroundTruth
 from firstlap.evaluation.perception.metrics import to_world
+from firstlap.paper.scenes import mean_of_sides, to_car
 from firstlap.plots.colors import BAD, FAINT, INK, LEFT, RIGHT
 from firstlap.plots.primitives import new_figure, save
 from firstlap.sim.race import start_race
@@ -36,12 +37,6 @@ def drive_to(name: str, station: float, laps: int = 2) -> tuple[dict[str, Any], 
     while race.advance() and not (race.laps_done() == 1 and station <= race.s < station + 1.0):
         pass
     return racer.trace, race.pose, GroundTruth.of(track)
-
-
-def to_car(points: Points, pose: Pose) -> Points:
-    """Map frame to base_link."""
-    c, s = np.cos(pose[2]), np.sin(pose[2])
-    return np.asarray((points - pose[:2]) @ np.array([[c, -s], [s, c]]))
 
 
 def scene(
@@ -127,9 +122,8 @@ def middle(folder: pathlib.Path) -> None:
     """A hairpin, where part of a side is occluded and the mean of both sides is not the centerline."""
     trace, pose, truth = drive_to("hairpins", 20.0)
     left, right = (trace[side]["points"][trace[side]["age"] == 0.0] for side in ("left", "right"))
-    left = left[::-1]  # both from the car on
-    share = np.linspace(0.0, 1.0, 40)
-    mean = 0.5 * (along(left, share) + along(right, share))
+    mean = mean_of_sides(trace)
+    assert mean is not None
     figure = new_figure(8.0, 6.4)
     axes = figure.add_axes((0.07, 0.07, 0.91, 0.83))
     both = np.vstack([left, right, trace["line"]["points"]])
@@ -147,12 +141,6 @@ def middle(folder: pathlib.Path) -> None:
     ]
     axes.legend(handles=legend, loc="best", fontsize=8, frameon=False)
     save(figure, folder / "perception_middle.png")
-
-
-def along(points: Points, share: npt.NDArray[np.float64]) -> Points:
-    """Points at these fractions of the length of a polyline."""
-    way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
-    return np.column_stack([np.interp(share * way[-1], way, points[:, i]) for i in (0, 1)])
 
 
 if __name__ == "__main__":

@@ -19,6 +19,7 @@ from firstlap.cli import (
     explain,
     latency,
     line,
+    paper,
     perception,
     preflight,
     race,
@@ -63,6 +64,7 @@ app.command("perception")(perception.perception)
 app.command("robustness")(robustness.robustness)
 app.command("ablation")(ablation.ablation)
 app.command("tune")(tune.tune)
+app.command("paper")(paper.paper)
 app.command("explain")(explain.explain)
 app.command("replay")(replay.replay)
 app.command("check")(check.check)

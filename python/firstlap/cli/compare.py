@@ -98,7 +98,7 @@ def compare(
         options=options,
         jobs=jobs,
     )
-    interrupted = _drive_with_progress(comparison)
+    interrupted = drive_with_progress(comparison)
     found = {
         "version": __version__,
         "direction": "reverse" if reverse else "forward",
@@ -129,7 +129,7 @@ def _check_files(plot: Path | None, report: Path | None) -> None:
         check_writable(report, REPORTS)
 
 
-def _drive_with_progress(comparison: Any) -> bool:
+def drive_with_progress(comparison: Any) -> bool:
     """Runs the races with a progress bar; returns whether they were interrupted."""
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     failed = 0

@@ -111,13 +111,14 @@ def _print(found: dict[str, Any], page: Path) -> None:
     from firstlap.paper.settings import silent_sentences
     from firstlap.paper.settings_report import HEADINGS, setting_rows
 
-    _table(f"the paper's settings on {short_name(found['track'])}", HEADINGS, setting_rows(found))
+    print_settings(f"the paper's settings on {short_name(found['track'])}", HEADINGS, setting_rows(found))
     out = console()
     out.print(escape(f"not printed in the paper: {'; '.join(silent_sentences(found))}"))
     out.print(escape(f"report {page}"), soft_wrap=True)
 
 
-def _table(title: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+def print_settings(title: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    """Prints the settings beside the paper's lap times."""
     table = Table(title=escape(title))
     for heading in headings:
         table.add_column(escape(heading), justify="right")

@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from firstlap.config.parameters import Field
+from firstlap.config.parameters import Field, Value
 from firstlap.plots.colors import BAD, FAINT, INK, LEFT, RIGHT
 from firstlap.plots.primitives import bare, colored_line, draw_road, draw_start, draw_walls, new_figure
 from firstlap.sim.race import RaceResult
@@ -31,8 +31,12 @@ def embedded(figure: Figure, words: str) -> str:
     return f'<img alt="{words}" src="data:image/png;base64,{data}">'
 
 
-def draw_parameters(fields: Sequence[Field], settings: Sequence[Setting]) -> Figure:
-    """One small axes per parameter, its value over the settings."""
+def draw_parameters(
+    fields: Sequence[Field],
+    settings: Sequence[Setting],
+    published: Mapping[str, Mapping[int, Value]] | None = None,
+) -> Figure:
+    """One small axes per parameter, its value over the settings; published: values by name and setting."""
     columns = 4
     rows = -(-len(fields) // columns)
     figure = new_figure(11.0, 2.1 * rows + 0.5)
@@ -40,6 +44,8 @@ def draw_parameters(fields: Sequence[Field], settings: Sequence[Setting]) -> Fig
         axes = figure.add_subplot(rows, columns, index + 1)
         values = [float(setting.given.get((field.section, field.name), field.default)) for setting in settings]
         _by_setting(axes, values, settings)
+        printed = (published or {}).get(field.name, {})
+        axes.plot(list(printed), list(printed.values()), "s", color=RIGHT, markersize=10, fillstyle="none")
         unit = f" [{field.unit}]" if field.unit else ""
         axes.set_title(f"{field.name}{unit}".replace("^2", "²"), fontsize=9, color=INK)
         last = index + columns >= len(fields)
@@ -56,11 +62,13 @@ def draw_laps(settings: Sequence[Setting], published: Mapping[int, float] | None
     _by_setting(axes, laps, settings, label="ours" if published else None)
     for place, lap in enumerate(laps):
         if np.isfinite(lap):
+            beside = (0, -16) if published else (0, 8)  # the published laps are usually the longer ones
             axes.annotate(
-                f"{lap:.2f}", (place, lap), xytext=(0, 8), textcoords="offset points", ha="center", fontsize=9
+                f"{lap:.2f}", (place, lap), xytext=beside, textcoords="offset points", ha="center", fontsize=9
             )
     if published:
-        axes.plot(list(published), list(published.values()), "s--", color=RIGHT, label="the paper's")
+        shown = {place: lap for place, lap in published.items() if place < len(settings)}
+        axes.plot(list(shown), list(shown.values()), "s--", color=RIGHT, label="the paper's")
         axes.legend(frameon=False)
     axes.margins(y=0.25)
     axes.set_ylabel("lap [s]")
