@@ -159,18 +159,18 @@ def silent_fields(setup: Setup) -> list[Field]:
 
 
 def drive_paper(
-    track: Track, car: Car, plan: PaperPlan, done: Callable[[], object], look: Callable[[_core.Race], object]
+    track: Track, car: Car, plan: PaperPlan, done: Callable[[], object], on_progress: Callable[[_core.Race], object]
 ) -> list[SettingResult]:
     """Races every setting: seeds 1 to `plan.seeds` as they are, and as many with the spread."""
     conditions = corners(plan.seeds, 1)
 
     def drive(setup: Setup, seed: int) -> RaceResult:
-        return race(track, setup, car, laps=LAPS, seed=seed, look=look)
+        return race(track, setup, car, laps=LAPS, seed=seed, on_progress=on_progress)
 
     def vary(setup: Setup, under: Conditions) -> RaceResult:
         options = race_options(plan.spread, under)
         varied = changed_car(car, plan.spread, under)
-        return race(track, setup, varied, laps=LAPS, seed=under.seed, options=options, look=look)
+        return race(track, setup, varied, laps=LAPS, seed=under.seed, options=options, on_progress=on_progress)
 
     with ThreadPoolExecutor(plan.workers) as pool:
         futures = [

@@ -21,11 +21,12 @@ from firstlap.config.setup_file import (
     LOCAL,
     SETUP_FIELDS,
     choose_setup,
+    load_setup,
     parse_setup,
     setups_folder,
 )
 from firstlap.drivers.driving import Driving
-from firstlap.tuning.paper import PRINTED, PRINTED_LAPS
+from firstlap.evaluation.published import CHANGES, SETTING_LAPS
 
 
 @pytest.mark.parametrize("name", firstlap.list_setups())
@@ -55,7 +56,7 @@ def cells(row: str) -> list[str]:
 def test_base_and_race_carry_the_published_values():
     for setting, setup in ((0, firstlap.load_setup(BASE)), (5, firstlap.load_setup("race"))):
         values = published()[setting]
-        assert values.pop("lap") == PRINTED_LAPS[setting]
+        assert values.pop("lap") == SETTING_LAPS[setting]
         assert {name: setup.get(name) for name in values} == values
 
 
@@ -74,9 +75,9 @@ def test_every_value_of_base_says_whether_it_is_the_papers_or_ours():
 def test_the_settings_between_are_the_published_ones():
     between = {setting: values for setting, values in published().items() if setting not in (0, 5)}
     assert {setting: values.pop("lap") for setting, values in between.items()} == {
-        setting: PRINTED_LAPS[setting] for setting in between
+        setting: SETTING_LAPS[setting] for setting in between
     }
-    assert between == PRINTED
+    assert between == CHANGES
 
 
 def test_the_defaults_of_the_core_are_the_papers_base_setting():
@@ -243,3 +244,20 @@ def test_any_value_is_in_range_or_refused(field, value):
     except InputError:
         return
     assert field.min <= checked <= field.max
+
+
+def test_a_setup_file_says_for_which_tracks_a_search_found_it(tmp_path):
+    path = tmp_path / "mine.yaml"
+    path.write_text("tuned_for: my hall\nstanley: {k_ang: 0.5}\n", encoding="utf-8")
+    setup = load_setup(path)
+    assert (setup.tuned_for, setup.tuning) == ("my hall", "tuned for my hall")
+    assert setup.with_values({"k_dist": 1.0}).tuned_for == "my hall"
+    assert load_setup("sure").tuning == "untuned"
+
+
+@pytest.mark.parametrize("value", ["7", "[arena]", "{a: 1}", '"a\\nb"', "x" * 400], ids=repr)
+def test_what_a_setup_was_tuned_for_is_a_line_of_text(tmp_path, value):
+    path = tmp_path / "mine.yaml"
+    path.write_text(f"tuned_for: {value}\nstanley: {{k_ang: 0.5}}\n", encoding="utf-8")
+    with pytest.raises(InputError, match=r"mine\.yaml: tuned_for is .*; expected a track's name"):
+        load_setup(path)

@@ -72,6 +72,7 @@ def test_tune_writes_setups_to_race_and_a_report_in_one_file(cli):
     assert again.finished
     setup = firstlap.load_setup(found["holds"]["file"])
     assert {f"{section}.{name}": value for (section, name), value in setup.given.items()} == found["holds"]["values"]
+    assert setup.tuned_for == "oval"
     page = Path(found["report"]).read_text(encoding="utf-8")
     for word in (
         "Lap by setting",
