@@ -70,8 +70,9 @@ firstlap ablation width_step --setup sure --disturbed 0 --rule "line between two
   tables were measured before they were deleted.
 - **Kept**: the line between two lines of sight (without it 6 % of the scans of `width_step` have no line at 2 m, and
   its lap takes 1.8 % longer); hole in one wall (precision and recall); the choice among splits (1.4 % of the recorded
-  scans have no line at 2 m without its scores); apex width, although without it the line is much
-  closer to the medial line in simulation and jumps less: in recordings it jumps more, and one race is 5 % slower.
+  scans have no line at 2 m without its scores); apex width (only measured together with the line between
+  two lines of sight), although without both the line is much closer to the medial line in simulation: in recordings it
+  jumps more, and one race is 5 % slower.
 - **Not decided**: trail, line must not meet itself, seed wall check, turned car. No race needs them, but
   each is for a case that is too rare in these tables: a car that is carried or turned around, a line through a wall.
 """

@@ -187,6 +187,8 @@ TEST(RacerStages, the_path_starts_at_the_car_and_joins_the_centerline) {
   const Scan scan = Course{}.straight(40).walls(2.0).scan({10, 0.4, 0.0});
   for (const double speed : {1.0, 4.0}) {
     Params params;
+    params.trajectory.join_previous = false;
+    params.trajectory.join_time = 0.5;
     Racer racer{params};
     ASSERT_EQ(settle(racer, scan, speed, 0.0, 3).status, Status::ok);
     const Trace& trace = racer.trace();
@@ -200,6 +202,16 @@ TEST(RacerStages, the_path_starts_at_the_car_and_joins_the_centerline) {
     settle(without, scan, speed, 0.0, 3);
     EXPECT_GT(path_distance(without.trace(), 0.0, 0.0), 0.35) << "no distance: the centerline itself";
   }
+}
+
+TEST(RacerStages, from_the_previous_path_the_path_comes_to_the_centerline_while_the_car_stays_beside_it) {
+  const Scan scan = Course{}.straight(40).walls(2.0).scan({10, 0.4, 0.0});
+  Racer racer{Params{}};
+  settle(racer, scan, 2.0, 0.0, 1);
+  EXPECT_LT(path_distance(racer.trace(), 0.0, 0.0), 0.06) << "there is no previous path yet";
+  settle(racer, scan, 2.0, 0.0, 100);  // 5 m, of which the join needs 1 m
+  EXPECT_LT(path_distance(racer.trace(), 0.0, -0.4), 0.06);
+  EXPECT_NEAR(racer.trace().steering.cross_track_error, -0.4, 0.02) << "all of it is left to the steering law";
 }
 
 TEST(RacerStages, the_path_is_the_spline_through_the_points_of_the_smoothed_line_that_opheim_keeps) {
