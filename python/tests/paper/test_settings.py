@@ -13,7 +13,7 @@ from firstlap.config.setup_file import SETUP_FIELDS, list_setups, load_setup
 from firstlap.evaluation.published import CHANGES, FIRST, LAST, NOT_ROBUST, PUBLISHED, SETTING_LAPS
 from firstlap.paper.settings import NOT_ROBUST_RAISED, RAISED, interpolate, paper_settings, silent_fields
 
-QUICK = ("tune", "oval", "--paper", "--seeds", 1)
+QUICK = ("tune", "arena", "--paper", "--seeds", 1)
 
 
 def test_the_settings_have_what_the_paper_prints():
