@@ -102,7 +102,7 @@ class Bench:
         self.call(node.on_odometry, odometry)
         self.call(node.on_imu, imu)
         self.call(node.on_steering, joints)
-        self.call(node.frames.hear, TFMessage(transforms=[place]))
+        self.call(node.frames.add, TFMessage(transforms=[place]))
         self.call(node.on_scan, make.scan(stamp, "laser", self.scans[i % len(self.scans)], self.header, PERIOD))
         self.call(node.on_check)
         if i % 20 == 0:
@@ -163,7 +163,7 @@ def test_no_callback_takes_long_and_none_imports_anything(bench: Bench, monkeypa
     assert bench.ask(node.on_stop).success
     assert bench.ask(node.on_resume).success
     for word in (True, False):
-        bench.call(node.emergency.on_word, Bool(data=word))
+        bench.call(node.emergency.on_message, Bool(data=word))
     bench.call(node.emergency.on_latched, Bool(data=False))
     assert node.health.counts["drive"] > 0.5 * STEPS
     assert set(sys.modules) == before
