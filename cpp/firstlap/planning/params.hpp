@@ -94,9 +94,9 @@ struct TrajectoryParams {
   double sample = 0.1;
   double end_hold = 0.5;
   double join_distance = 1.0;
-  double join_time = 0.0;
+  double join_time = 0.5;
   double join_angle = 0.78;
-  bool join_previous = true;
+  bool join_previous = false;
 
   static constexpr auto fields() {
     using P = TrajectoryParams;

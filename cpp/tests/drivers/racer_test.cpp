@@ -187,8 +187,6 @@ TEST(RacerStages, the_path_starts_at_the_car_and_joins_the_centerline) {
   const Scan scan = Course{}.straight(40).walls(2.0).scan({10, 0.4, 0.0});
   for (const double speed : {1.0, 4.0}) {
     Params params;
-    params.trajectory.join_previous = false;
-    params.trajectory.join_time = 0.5;
     Racer racer{params};
     ASSERT_EQ(settle(racer, scan, speed, 0.0, 3).status, Status::ok);
     const Trace& trace = racer.trace();
@@ -206,7 +204,10 @@ TEST(RacerStages, the_path_starts_at_the_car_and_joins_the_centerline) {
 
 TEST(RacerStages, from_the_previous_path_the_path_comes_to_the_centerline_while_the_car_stays_beside_it) {
   const Scan scan = Course{}.straight(40).walls(2.0).scan({10, 0.4, 0.0});
-  Racer racer{Params{}};
+  Params params;
+  params.trajectory.join_previous = true;
+  params.trajectory.join_time = 0.0;
+  Racer racer{params};
   settle(racer, scan, 2.0, 0.0, 1);
   EXPECT_LT(path_distance(racer.trace(), 0.0, 0.0), 0.06) << "there is no previous path yet";
   settle(racer, scan, 2.0, 0.0, 100);  // 5 m, of which the join needs 1 m

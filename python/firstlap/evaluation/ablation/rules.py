@@ -71,7 +71,6 @@ RULES = (
     Rule("smoothing between walls", "smoothing_block=0", 18),
     Rule("join", "join_distance=0", 42),
     Rule("join: time", "join_time=0", 2),
-    Rule("join from the previous path", "join_previous=false", 18),
     Rule("Opheim", "opheim_min=0", 38, published=True),
     Rule("curvature held at the end", "end_hold=0", 5),
     Rule("minimum-curvature path", "bend_passes=0", 140),
