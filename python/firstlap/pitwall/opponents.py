@@ -13,7 +13,19 @@ import numpy.typing as npt
 
 from firstlap.perception.scan import laser_of, ray_ends
 from firstlap.pitwall.frame import Points
-from firstlap.pitwall.shapes import NOTHING, Segments, chain, column_in, found_in, joined, number_in, points_in
+from firstlap.pitwall.shapes import (
+    NOTHING,
+    Segments,
+    beam_angles,
+    chain,
+    column_in,
+    found_in,
+    joined,
+    multiples,
+    number_in,
+    points_in,
+    returns_in,
+)
 
 Values = npt.NDArray[np.float64]
 NO_VALUES: Values = np.zeros(0)
@@ -65,15 +77,8 @@ def _ends(geometry: Mapping[str, float], angles: Values, ranges: Values) -> Poin
     return ray_ends(laser_of(geometry), angles, ranges)
 
 
-def _beams(trace: Mapping[str, Any], count: int) -> Values:
-    """(count,) beam angles [rad], right to left; not finite if the trace has none."""
-    return number_in(trace, "first_beam") + number_in(trace, "beam_step") * np.arange(count, dtype=float)
-
-
 def _returns(trace: Mapping[str, Any], geometry: Mapping[str, float]) -> Points:
-    ranges = column_in(trace, "ranges")
-    ends = _ends(geometry, _beams(trace, len(ranges)), np.where(ranges > 0.0, ranges, np.nan))
-    return ends[np.isfinite(ends).all(axis=1)]
+    return returns_in(trace, laser_of(geometry))
 
 
 def _ray(trace: Mapping[str, Any], geometry: Mapping[str, float]) -> Points:
@@ -94,7 +99,7 @@ def _arc(steering_angle: float, length: float, geometry: Mapping[str, float]) ->
 
 def _gap(trace: Mapping[str, Any], geometry: Mapping[str, float]) -> Drawing:
     free = column_in(trace, "free")
-    angles = number_in(trace, "step") * (np.arange(len(free), dtype=float) - len(free) // 2)
+    angles = multiples(number_in(trace, "step"), np.arange(len(free), dtype=float) - len(free) // 2)
     run = column_in(trace, "run")
     ends = _ends(geometry, angles, free)
     within = (angles >= run[0] - 1e-9) & (angles <= run[1] + 1e-9) if len(run) == 2 else np.zeros(len(free), bool)
@@ -113,7 +118,7 @@ def _gap(trace: Mapping[str, Any], geometry: Mapping[str, float]) -> Drawing:
 
 def _disparity(trace: Mapping[str, Any], geometry: Mapping[str, float]) -> Drawing:
     extended, ranges = column_in(trace, "extended"), column_in(trace, "ranges")
-    angles = _beams(trace, len(extended))
+    angles = beam_angles(trace, len(extended))
     block = column_in(trace, "block").astype(int)
     ends = _ends(geometry, angles, extended)
     corners = column_in(trace, "disparities").astype(int)

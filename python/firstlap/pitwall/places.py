@@ -12,10 +12,9 @@ import numpy.typing as npt
 
 from firstlap.config.car_file import Car
 from firstlap.perception.frames import Frames
-from firstlap.perception.scan import ray_ends
 from firstlap.pitwall.frame import Pose
 from firstlap.pitwall.laps import LapBook
-from firstlap.pitwall.shapes import column_in, number_in, points_in
+from firstlap.pitwall.shapes import points_in, returns_in
 from firstlap.ros.conversions import seconds, yaw_of
 
 MAP = "map"
@@ -110,6 +109,4 @@ def clearance(points: npt.NDArray[np.float64], car: Car) -> float | None:
 
 def points_of(trace: dict[str, Any], laser: tuple[float, float]) -> npt.NDArray[np.float64]:
     """(N, 2) returns in base_link [m] of the trace of any driver."""
-    ranges = column_in(trace, "ranges")
-    angles = number_in(trace, "first_beam") + number_in(trace, "beam_step") * np.arange(len(ranges))
-    return np.vstack([points_in(trace, "points"), ray_ends(laser, angles, ranges)])
+    return np.vstack([points_in(trace, "points"), returns_in(trace, laser)])

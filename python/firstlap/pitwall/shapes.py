@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from firstlap.perception.scan import ray_ends
 from firstlap.pitwall.frame import Points, Pose
 
 Segments = npt.NDArray[np.float32]
@@ -52,6 +53,26 @@ def number_in(trace: Mapping[str, Any], *names: str) -> float:
     """The number under a path of names in a trace; NaN if there is none. Never raises."""
     value = found_in(trace, names)
     return float(value) if value.ndim == 0 else math.nan
+
+
+def multiples(step: float, counts: npt.NDArray[np.float64], offset: float = 0.0) -> npt.NDArray[np.float64]:
+    """offset + step * counts; NaN instead of infinities, since a received trace may hold any number."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        values = offset + step * counts
+    return np.where(np.isfinite(values), values, np.nan)
+
+
+def beam_angles(trace: Mapping[str, Any], count: int) -> npt.NDArray[np.float64]:
+    """(count,) beam angles [rad], right to left; NaN if the trace has none."""
+    beams = np.arange(count, dtype=np.float64)
+    return multiples(number_in(trace, "beam_step"), beams, number_in(trace, "first_beam"))
+
+
+def returns_in(trace: Mapping[str, Any], laser: tuple[float, float]) -> Points:
+    """(N, 2) returns in base_link [m] of a trace's ranges by beam, right to left. laser: x, y [m]."""
+    ranges = column_in(trace, "ranges")
+    ends = ray_ends(laser, beam_angles(trace, len(ranges)), np.where(ranges > 0.0, ranges, np.nan))
+    return ends[np.isfinite(ends).all(axis=1)]
 
 
 def raised(points: Points, height: float) -> Vertices:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
@@ -383,6 +383,7 @@ def spoil(message: Any, kind: int, number: int, word: str) -> None:
 
 
 @given(broken())
+@example(("gap", 2, [(3, 1, "INF")]))
 @settings(deadline=None, max_examples=100, suppress_health_check=[HealthCheck.too_slow])
 def test_the_pit_wall_shows_any_broken_step_or_says_why_not(step: tuple[str, int, list[Any]]) -> None:
     driver, which, edits = step
