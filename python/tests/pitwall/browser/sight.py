@@ -102,7 +102,7 @@ class Sight:
         return self
 
     def close(self) -> None:
-        """Opens a tab."""
+        """Closes the page."""
         self.context.close()
 
     def until(self, condition: Callable[[], object], seconds: float = PATIENCE) -> None:
@@ -118,7 +118,7 @@ class Sight:
 
     @property
     def connected(self) -> bool:
-        """Focuses the page, which may need several attempts."""
+        """Whether the page, brought to the front, shows that it is connected."""
         self.page.bring_to_front()
         return (
             self.page.locator(".tabler-icon-cloud-check").count() > 0
