@@ -43,6 +43,7 @@ struct SegmentationParams {
   int min_points = 6;
   double min_chord = 0.25;
   double max_nearest = 8.0;
+  double max_angle = 1.6;
   double pass_ratio = 0.45;
   double pass_min = 0.5;
   double pass_max = 1.0;
@@ -86,6 +87,8 @@ struct SegmentationParams {
         Field{"min_chord", &P::min_chord, "m", 0.0, 2.0, "sections with a shorter chord are eliminated"},
         Field{"max_nearest", &P::max_nearest, "m", 1.0, 30.0,
               "sections whose nearest point is farther away are eliminated"},
+        Field{"max_angle", &P::max_angle, "rad", 0.1, 1.6,
+              "sections whose chord is turned farther from the car's heading are eliminated (1.6: off)"},
         Field{"pass_ratio", &P::pass_ratio, "", 0.0, 1.0,
               "gaps narrower than this share of the track width are not passable"},
         Field{"pass_min", &P::pass_min, "m", 0.0, 2.0, "lower limit of the passable gap width"},

@@ -87,7 +87,10 @@ void measure(const Buffer<ScanPoint>& points, Section& section) noexcept {
     section.nearest = points[i].range;
     section.middle = i;
   }
-  section.length = distance(points[section.first], points[section.last]);
+  const ScanPoint& first = points[section.first];
+  const ScanPoint& last = points[section.last];
+  section.length = distance(first, last);
+  section.angle = std::atan2(std::abs(last.y - first.y), std::abs(last.x - first.x));
 }
 
 void merge_neighbors(const Buffer<ScanPoint>& points, double merge_distance, Buffer<Section>& sections) noexcept {
@@ -105,6 +108,7 @@ void eliminate(const SegmentationParams& params, double beam_step, Section& sect
   const double points_needed = std::max(2.0, static_cast<double>(params.min_points) / beam_step);
   const auto count = static_cast<double>(section.last - section.first + 1);
   if (count < points_needed || section.length < params.min_chord) section.status = SectionStatus::too_small;
+  if (section.angle > params.max_angle) section.status = SectionStatus::across;
   if (section.nearest > params.max_nearest) section.status = SectionStatus::too_far;
 }
 

@@ -13,7 +13,7 @@ namespace firstlap {
 
 inline constexpr std::size_t max_sections = 256;
 
-enum class SectionStatus : std::uint8_t { kept, too_small, too_far, seen_through };
+enum class SectionStatus : std::uint8_t { kept, too_small, too_far, seen_through, across };
 
 // Points [first, last] in scan order.
 struct Section {
@@ -22,6 +22,7 @@ struct Section {
   std::size_t middle = 0;  // index of the point nearest to the LiDAR
   double nearest = 0.0;    // [m] range of that point
   double length = 0.0;
+  double angle = 0.0;  // [rad] between its chord and the car's heading, 0 to pi/2
   SectionStatus status = SectionStatus::kept;
 
   static constexpr auto columns() {
@@ -31,7 +32,8 @@ struct Section {
         Column{"last", &C::last, "", "index of its last point"},
         Column{"nearest", &C::nearest, "m", "range of its nearest point"},
         Column{"length", &C::length, "m", "chord from the first to the last point"},
-        Column{"status", &C::status, "", "0 kept, 1 too small, 2 too far, 3 seen through a gap"},
+        Column{"angle", &C::angle, "rad", "between the chord and the car's heading, 0 to pi/2"},
+        Column{"status", &C::status, "", "0 kept, 1 too small, 2 too far, 3 seen through a gap, 4 across the heading"},
     };
   }
 };

@@ -116,6 +116,35 @@ TEST(RacerClosedForm, the_width_follows_a_step_from_1_m_to_2_m_within_one_scan) 
   EXPECT_GT(racer.trace().line.points.back().x, 6.0);
 }
 
+// The paper's figure: the track widens from 1 m to 2 m within one scan. Of the wide part only a few pairs of walls are
+// visible; beyond them, the mean of the last pairs alone decides how far the line is from the right wall.
+TEST(RacerClosedForm, where_a_wall_is_hidden_beyond_a_step_the_moving_average_decides_where_the_line_is) {
+  scene::Scene scene;
+  scene.add(scene::right, {{-5, -0.5}, {25, -0.5}});
+  scene.add(scene::left, {{-5, 0.5}, {2, 0.5}, {2, 1.5}, {6.0, 1.5}});
+  for (const int window : {1, 7, 10}) {
+    Params params;
+    params.track_width.width_window = window;
+    params.track_width.width_blend = 20.0;  // hardly any memory
+    params.track_width.apex_width = 0.0;
+    params.centerline.sight_length = 0.0;
+    Racer racer{params};
+    ASSERT_EQ(settle(racer, scene.scan({0, 0, 0}), 2.0).status, Status::ok);
+    int wide = 0, beyond = 0;
+    for (const CenterlinePoint& p : racer.trace().line.points) {
+      wide += p.x > 2.0 && p.support == WallSupport::both;
+      if (p.x < 7.0 || p.x > 8.0) continue;
+      ++beyond;
+      const double expected = 1.0 + std::min(1.0, static_cast<double>(wide) / window);
+      EXPECT_NEAR(p.width, expected, 0.1) << "window " << window << ", x " << p.x;
+      EXPECT_NEAR(p.y, -0.5 + 0.5 * p.width, 0.02) << "window " << window << ", x " << p.x;
+    }
+    EXPECT_GT(wide, 2);
+    EXPECT_LT(wide, 7);
+    EXPECT_GT(beyond, 5);
+  }
+}
+
 TEST(RacerClosedForm, a_step_on_one_side_moves_the_line_by_half_of_it) {
   scene::Scene scene;
   scene.add(scene::right, {{-5, -0.5}, {25, -0.5}});

@@ -125,6 +125,24 @@ TEST(Segmentation, sections_with_few_points_a_short_chord_or_far_away_are_elimin
   EXPECT_EQ(Segmented(post(0.06, 8.5)).count(SectionStatus::too_far), 1U);
 }
 
+// A wall of 2 m, 3 m ahead of the LiDAR, turned by `angle` from the car's heading.
+TEST(Segmentation, a_section_across_the_heading_is_eliminated_by_its_angle) {
+  SegmentationParams params;
+  params.max_angle = 1.2;
+  for (const double angle : {-1.5, -1.3, -1.1, -0.6, 0.6, 1.1, 1.3, 1.5}) {
+    const double dx = std::cos(angle);
+    const double dy = std::sin(angle);
+    scene::Scene wall;
+    wall.add(scene::neither, {{3.27 - dx, 0.5 - dy}, {3.27 + dx, 0.5 + dy}});
+    const scene::Scan scan = wall.scan({0.0, 0.0, 0.0});
+    const Segmented s(scan, 2.0, params);
+    ASSERT_EQ(s.sections.size(), 1U) << angle;
+    EXPECT_NEAR(s.sections[0].angle, std::abs(angle), 0.02) << angle;
+    EXPECT_EQ(s.sections[0].status, std::abs(angle) > 1.2 ? SectionStatus::across : SectionStatus::kept) << angle;
+    EXPECT_EQ(Segmented(scan).sections[0].status, SectionStatus::kept) << "off by default, at " << angle;
+  }
+}
+
 // Beams 1 degree apart: a wall across at 6 m has a point every 0.1 m, so that its chord is long enough.
 TEST(Segmentation, a_section_with_too_few_points_is_eliminated_regardless_of_its_chord) {
   const auto wall_of = [](int beams) {
