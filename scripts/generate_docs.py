@@ -46,6 +46,12 @@ RESULTS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
         ("LaserScan", "VehicleState", "StepResult"),
     ),
     (
+        "State estimation",
+        "`Race.reading()` returns the measurements of the simulated sensors, `StateEstimate.estimate()` the motion "
+        "estimated from such measurements; see [estimation.md](estimation.md).",
+        ("SensorReading", "MotionEstimate"),
+    ),
+    (
         "Races",
         "`RaceResult` is the dict of `firstlap._core.Race.result()`. `Lap`, `Contact` and `ObstacleSeen` are "
         "objects with these attributes; `to_dict()` gives what `firstlap race --json` prints. `path` is a dict of "
@@ -168,7 +174,8 @@ def ros_chapters() -> list[str]:
         "",
         chapter(
             "State estimation of `firstlap drive`",
-            "Used with `fuse_state`.",
+            "Used with `state_estimate.enabled`; the car is that of the setup (`car.*`). See "
+            "[estimation.md](estimation.md).",
             FieldTable(_core.StateEstimateParams.fields()),
         ),
         "",

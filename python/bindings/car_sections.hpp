@@ -14,6 +14,7 @@ void for_each_section(AnyCar& car, Visitor&& visit) {
   visit("geometry", car.geometry);
   visit("vehicle", car.vehicle);
   visit("sensors", car.sensors);
+  visit("state_estimate", car.state_estimate);
   visit("lidar", car.lidar);
 }
 

@@ -5,6 +5,7 @@
 #include "firstlap/drivers/disparity_extender.hpp"
 #include "firstlap/drivers/follow_the_gap.hpp"
 #include "firstlap/drivers/trace.hpp"
+#include "firstlap/estimation/state_estimate.hpp"
 #include "firstlap/localization/localizer.hpp"
 #include "firstlap/sim/race_result.hpp"
 #include "modules.hpp"
@@ -21,6 +22,8 @@ nb::dict result_tables() {
   };
   add("LaserScan", std::type_identity<LaserScan>{});
   add("VehicleState", std::type_identity<VehicleState>{});
+  add("SensorReading", std::type_identity<SensorReading>{});
+  add("MotionEstimate", std::type_identity<MotionEstimate>{});
   add("StepResult", std::type_identity<StepResult>{});
   add("RaceResult", std::type_identity<sim::RaceResult>{});
   add("Lap", std::type_identity<sim::Lap>{});

@@ -66,6 +66,7 @@ void bind_laser_scan(nb::module_& m) {
 void bind_scan(nb::module_& m) {
   bind_laser_scan(m);
   bind_record<VehicleState>(m, "VehicleState", "State measured by the car at the end of the sweep.");
+  bind_record<SensorReading>(m, "SensorReading", "Measurements of the car's own sensors. NaN: not measured.");
   m.def("judge_scan", &judge_scan, nb::arg("scan"), nb::arg("period"), nb::arg("angle_max"),
         "Returns the fault by name ('none'), the reason ('' if the scan is usable) and remarks. period: [s] between "
         "scans, 0 if unknown; angle_max: [rad] as in the message, NaN if unknown.");

@@ -81,7 +81,9 @@ void bind_race(nb::module_& m) {
       .def(
           "scan", [](const Race& race) { return BoundScan::of(race.scan()); }, "The last scan given to the driver.")
       .def("measured", &Race::measured, "The last state given to the driver.")
+      .def("reading", &Race::reading, "The measurements of the car's sensors at the last scan.")
       .def("state", &Race::state, "The current true state.")
+      .def_prop_ro("lateral_speed", &Race::lateral_speed, "[m/s] of base_link, true, left positive.")
       .def_prop_ro(
           "pose", [](const Race& race) { return as_tuple(race.pose()); },
           "Current x, y, yaw of base_link in the map frame [m, rad].")

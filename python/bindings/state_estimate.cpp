@@ -1,8 +1,15 @@
-// State estimation for cars with poor odometry.
+// State estimation from the car's sensors.
 #include "firstlap/estimation/state_estimate.hpp"
 
+#include <stdexcept>
+#include <vector>
+
+#include "arrays.hpp"
+#include "car_sections.hpp"
 #include "modules.hpp"
+#include "records.hpp"
 #include "tables.hpp"
+#include "views.hpp"
 
 namespace firstlap {
 
@@ -17,25 +24,52 @@ inline void validate(const StateEstimateParams& params) { validate(params, "stat
 }  // namespace firstlap
 
 namespace firstlap::bindings {
+namespace {
+
+// Returns the rows of the table of MotionEstimate, one for each reading.
+Numpy<double, 2> estimate_all(const sim::Car& car, const Rows& readings, const Rows& commands, const Values& dts) {
+  constexpr std::size_t width = column_count<SensorReading>, command_width = column_count<DriveCommand>;
+  const std::size_t n = dts.shape(0);
+  if (readings.shape(0) != n || readings.shape(1) != width || commands.shape(0) != n ||
+      commands.shape(1) != command_width) {
+    throw std::invalid_argument("for dts (N,), readings must be (N, 5), commands (N, 2)");
+  }
+  StateEstimate estimate(car.state_estimate, sim::model_of(car));
+  std::vector<double> rows;
+  for (std::size_t i = 0; i < n; ++i) {
+    estimate.update(from_row<SensorReading>(readings.data() + width * i),
+                    from_row<DriveCommand>(commands.data() + command_width * i), dts.data()[i]);
+    append_row(estimate.estimate(), rows);
+  }
+  return to_numpy(std::move(rows), column_count<MotionEstimate>);
+}
+
+}  // namespace
 
 void bind_state_estimate(nb::module_& m) {
   bind_sections<StateEstimateParams>(m, "StateEstimateParams", "All parameters of the state estimation.");
-  nb::class_<StateEstimate>(m, "StateEstimate", "Extended Kalman filter of wheel speed, gyro and steering angle.")
+  bind_record<MotionEstimate>(m, "MotionEstimate", "The estimated motion of the car.");
+  nb::class_<StateEstimate>(m, "StateEstimate",
+                            "Extended Kalman filter of wheel speed, gyro, accelerometer, steering angle and command.")
       .def(
-          "__init__", [](StateEstimate* self, const StateEstimateParams& params) { new (self) StateEstimate(params); },
-          nb::arg("params"), "Raises ValueError with field, value and range.")
-      .def(
-          "predict",
-          [](StateEstimate& estimate, double steering_angle, double dt) {
-            estimate.predict({0.0, steering_angle}, dt);
+          "__init__",
+          [](StateEstimate* self, const StateEstimateParams& params, const sim::Car& car) {
+            new (self) StateEstimate(params, sim::model_of(car));
           },
-          nb::arg("steering_angle"), nb::arg("dt"), "Predicts by dt [s] with a commanded steering angle [rad].")
-      .def("measure_speed", &StateEstimate::measure_speed, nb::arg("speed"), "[m/s] wheel speed.")
-      .def("measure_yaw_rate", &StateEstimate::measure_yaw_rate, nb::arg("yaw_rate"), "[rad/s] gyro.")
-      .def("measure_steering", &StateEstimate::measure_steering, nb::arg("steering_angle"), "[rad]")
-      .def("state", &StateEstimate::state, "The current estimate.")
-      .def_prop_ro("yaw_rate_bias", &StateEstimate::yaw_rate_bias, "[rad/s] bias of the gyro.")
+          nb::arg("params"), nb::arg("car"), "Raises ValueError with field, value and range.")
+      .def(
+          "update",
+          [](StateEstimate& estimate, const SensorReading& reading, double speed, double steering_angle, double dt) {
+            estimate.update(reading, {speed, steering_angle}, dt);
+          },
+          nb::arg("reading"), nb::arg("speed"), nb::arg("steering_angle"), nb::arg("dt"),
+          "Updates with a reading `dt` [s] after the last one. `speed` [m/s], `steering_angle` [rad]: the newest "
+          "command.")
+      .def("estimate", &StateEstimate::estimate, "The current estimate.")
       .def("reset", &StateEstimate::reset, "Forgets everything.");
+  m.def("estimate_all", &estimate_all, nb::arg("car"), nb::arg("readings"), nb::arg("commands"), nb::arg("dts"),
+        "(N, K) rows of the table of MotionEstimate. readings (N, 5), commands (N, 2): rows of the tables of "
+        "SensorReading and DriveCommand, the command in effect before each reading; dts (N,) [s] before each.");
 }
 
 }  // namespace firstlap::bindings

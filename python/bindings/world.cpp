@@ -109,7 +109,10 @@ void bind_world(nb::module_& m) {
       .def("truth", &truth, nb::arg("car"), "Pose in the map frame and true motion, in SI units.")
       .def(
           "measured", [](const World& world, std::size_t car) { return world.measured(checked(world, car)); },
-          nb::arg("car"), "The state measured at the last scan.")
+          nb::arg("car"), "The state given to the driver at the last scan.")
+      .def(
+          "reading", [](const World& world, std::size_t car) { return world.reading(checked(world, car)); },
+          nb::arg("car"), "The measurements of the car's sensors at the last scan.")
       .def(
           "scan", [](const World& world, std::size_t car) { return BoundScan::of(world.scan(checked(world, car))); },
           nb::arg("car"), "The last scan, as drivers take it: its angles include the LiDAR's mounting.")

@@ -90,6 +90,50 @@ class VehicleState:
 
     def __setstate__(self, arg: tuple[float, float, float], /) -> None: ...
 
+class SensorReading:
+    """Measurements of the car's own sensors. NaN: not measured."""
+
+    def __init__(self, wheel_speed: float = 0.0, yaw_rate: float = 0.0, steering_angle: float = 0.0, acceleration_x: float = 0.0, acceleration_y: float = 0.0) -> None: ...
+
+    @property
+    def wheel_speed(self) -> float:
+        """[m/s] speed of the wheels' circumference"""
+
+    @property
+    def yaw_rate(self) -> float:
+        """[rad/s] of the gyro, left positive"""
+
+    @property
+    def steering_angle(self) -> float:
+        """[rad] of the servo, left positive"""
+
+    @property
+    def acceleration_x(self) -> float:
+        """[m/s^2] of the accelerometer, forward"""
+
+    @property
+    def acceleration_y(self) -> float:
+        """[m/s^2] of the accelerometer, to the left"""
+
+    @staticmethod
+    def columns() -> list:
+        """The table: a list of dicts with name, unit and doc."""
+
+    def to_dict(self) -> dict:
+        """{name: value}, in the order of the table."""
+
+    def __iter__(self) -> Iterator[float]: ...
+
+    def __eq__(self, arg: object, /) -> bool: ...
+
+    def __hash__(self) -> int: ...
+
+    def __repr__(self) -> str: ...
+
+    def __getstate__(self) -> tuple: ...
+
+    def __setstate__(self, arg: tuple[float, float, float, float, float], /) -> None: ...
+
 def judge_scan(scan: LaserScan, period: float, angle_max: float) -> tuple:
     """
     Returns the fault by name ('none'), the reason ('' if the scan is usable) and remarks. period: [s] between scans, 0 if unknown; angle_max: [rad] as in the message, NaN if unknown.
@@ -588,8 +632,15 @@ class Race:
     def measured(self) -> VehicleState:
         """The last state given to the driver."""
 
+    def reading(self) -> SensorReading:
+        """The measurements of the car's sensors at the last scan."""
+
     def state(self) -> VehicleState:
         """The current true state."""
+
+    @property
+    def lateral_speed(self) -> float:
+        """[m/s] of base_link, true, left positive."""
 
     @property
     def pose(self) -> tuple:
@@ -935,7 +986,10 @@ class World:
         """Pose in the map frame and true motion, in SI units."""
 
     def measured(self, car: int) -> VehicleState:
-        """The state measured at the last scan."""
+        """The state given to the driver at the last scan."""
+
+    def reading(self, car: int) -> SensorReading:
+        """The measurements of the car's sensors at the last scan."""
 
     def scan(self, car: int) -> LaserScan:
         """
@@ -1005,33 +1059,91 @@ class StateEstimateParams:
         Raises ValueError with field, value and range if a value, or a pair of values, is not allowed.
         """
 
-class StateEstimate:
-    """Extended Kalman filter of wheel speed, gyro and steering angle."""
+class MotionEstimate:
+    """The estimated motion of the car."""
 
-    def __init__(self, params: StateEstimateParams) -> None:
-        """Raises ValueError with field, value and range."""
+    def __init__(self, speed: float = 0.0, yaw_rate: float = 0.0, steering_angle: float = 0.0, lateral_speed: float = 0.0, yaw_rate_bias: float = 0.0, acceleration_x_bias: float = 0.0, acceleration_y_bias: float = 0.0, wheel_slip: float = 0.0, wheels_rejected: bool = False) -> None: ...
 
-    def predict(self, steering_angle: float, dt: float) -> None:
-        """Predicts by dt [s] with a commanded steering angle [rad]."""
+    @property
+    def speed(self) -> float:
+        """[m/s] along base_link x"""
 
-    def measure_speed(self, speed: float) -> None:
-        """[m/s] wheel speed."""
+    @property
+    def yaw_rate(self) -> float:
+        """[rad/s] left positive"""
 
-    def measure_yaw_rate(self, yaw_rate: float) -> None:
-        """[rad/s] gyro."""
+    @property
+    def steering_angle(self) -> float:
+        """[rad] of the front wheels, left positive"""
 
-    def measure_steering(self, steering_angle: float) -> None:
-        """[rad]"""
-
-    def state(self) -> VehicleState:
-        """The current estimate."""
+    @property
+    def lateral_speed(self) -> float:
+        """[m/s] of base_link, left positive"""
 
     @property
     def yaw_rate_bias(self) -> float:
-        """[rad/s] bias of the gyro."""
+        """[rad/s] of the gyro"""
+
+    @property
+    def acceleration_x_bias(self) -> float:
+        """[m/s^2] of the accelerometer, forward"""
+
+    @property
+    def acceleration_y_bias(self) -> float:
+        """[m/s^2] of the accelerometer, to the left"""
+
+    @property
+    def wheel_slip(self) -> float:
+        """[s^2/m] slip of the wheels per acceleration"""
+
+    @property
+    def wheels_rejected(self) -> bool:
+        """
+        the wheel speed contradicts the accelerometer, because the wheels lock or spin
+        """
+
+    @staticmethod
+    def columns() -> list:
+        """The table: a list of dicts with name, unit and doc."""
+
+    def to_dict(self) -> dict:
+        """{name: value}, in the order of the table."""
+
+    def __iter__(self) -> Iterator[float]: ...
+
+    def __eq__(self, arg: object, /) -> bool: ...
+
+    def __hash__(self) -> int: ...
+
+    def __repr__(self) -> str: ...
+
+    def __getstate__(self) -> tuple: ...
+
+    def __setstate__(self, arg: tuple[float, float, float, float, float, float, float, float, bool], /) -> None: ...
+
+class StateEstimate:
+    """
+    Extended Kalman filter of wheel speed, gyro, accelerometer, steering angle and command.
+    """
+
+    def __init__(self, params: StateEstimateParams, car: Car) -> None:
+        """Raises ValueError with field, value and range."""
+
+    def update(self, reading: SensorReading, speed: float, steering_angle: float, dt: float) -> None:
+        """
+        Updates with a reading `dt` [s] after the last one. `speed` [m/s], `steering_angle` [rad]: the newest command.
+        """
+
+    def estimate(self) -> MotionEstimate:
+        """The current estimate."""
 
     def reset(self) -> None:
         """Forgets everything."""
+
+def estimate_all(car: Car, readings: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], commands: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], dts: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
+    """
+    (N, K) rows of the table of MotionEstimate. readings (N, 5), commands (N, 2): rows of the tables of SensorReading and DriveCommand, the command in effect before each reading; dts (N,) [s] before each.
+    """
 
 def result_tables() -> dict:
     """

@@ -77,6 +77,32 @@ struct VehicleState {
   }
 };
 
+// Measurements of the car's own sensors, from which an estimator derives a VehicleState. A value that is not finite was
+// not measured.
+struct SensorReading {
+  double wheel_speed = 0.0;
+  double yaw_rate = 0.0;
+  double steering_angle = 0.0;
+  double acceleration_x = 0.0;
+  double acceleration_y = 0.0;
+
+  static constexpr auto columns() {
+    using C = SensorReading;
+    return std::tuple{
+        Column{"wheel_speed", &C::wheel_speed, "m/s", "speed of the wheels' circumference"},
+        Column{"yaw_rate", &C::yaw_rate, "rad/s", "of the gyro, left positive"},
+        Column{"steering_angle", &C::steering_angle, "rad", "of the servo, left positive"},
+        Column{"acceleration_x", &C::acceleration_x, "m/s^2", "of the accelerometer, forward"},
+        Column{"acceleration_y", &C::acceleration_y, "m/s^2", "of the accelerometer, to the left"},
+    };
+  }
+};
+
+// The measured values as the state, for drivers of cars without an estimate.
+constexpr VehicleState as_measured(const SensorReading& reading) noexcept {
+  return {reading.wheel_speed, reading.yaw_rate, reading.steering_angle};
+}
+
 // Field names as in ackermann_msgs/AckermannDrive.
 struct DriveCommand {
   double speed = 0.0;

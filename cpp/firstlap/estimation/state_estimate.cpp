@@ -2,103 +2,266 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace firstlap {
 namespace {
 
-constexpr int patience = 4;       // maximum number of consecutive rejected measurements
-constexpr double max_step = 0.5;  // [s] longer gaps are predicted over this time
-constexpr double max_speed = 100.0, max_rate = 100.0, max_bias = 2.0;
+constexpr double max_step = 0.2;                 // [s] longer gaps are predicted over this time
+constexpr double acceleration_hold = 0.1;        // [s] for which a measured acceleration is used
+constexpr double yaw_rate_rejection_time = 0.1;  // [s] maximum time for which the gyro is rejected
+constexpr double initial_speed_sigma = 5.0;      // [m/s] before the first measurement
+constexpr double initial_yaw_rate_sigma = 5.0;   // [rad/s] before the first measurement
+constexpr double standstill_sigma = 0.01;        // [rad/s], [m/s] of a car at standstill
+constexpr double max_speed = 50.0;               // [m/s]
+constexpr double max_yaw_rate = 35.0;            // [rad/s] range of a gyro
+constexpr double max_acceleration = 160.0;       // [m/s^2] range of an accelerometer
+constexpr double max_gyro_bias = 2.0, max_acceleration_bias = 10.0, max_slip = 0.2;
+constexpr double min_variance = 1e-9, max_variance = 1e4;
+constexpr double min_understeer = -0.5;  // of understeer v^2: the yaw rate at most doubles
 
 double square(double value) noexcept { return value * value; }
 
+// `value` where it is well above the noise `sigma`, almost 0 where it may be noise, so that noise causes no slip.
+double shrink_noise(double value, double sigma) noexcept {
+  return value * square(value) / (square(value) + square(sigma));
+}
+
+bool is_finite(const StateEstimate::Belief& belief) noexcept {
+  double zero = 0.0;
+  for (std::size_t i = 0; i < StateEstimate::size; ++i) {
+    zero += 0.0 * belief.mean[i];
+    for (const double each : belief.covariance[i]) zero += 0.0 * each;
+  }
+  return zero == 0.0;
+}
+
 }  // namespace
 
-StateEstimate::StateEstimate(const StateEstimateParams& params, const CarGeometry& car) : params_(params), car_(car) {
+StateEstimate::StateEstimate(const StateEstimateParams& params, const CarModel& car)
+    : params_(params), car_(car), wheels_{speed, params.rejection_time}, gyro_{yaw_rate, yaw_rate_rejection_time} {
   validate(params, "state_estimate");
   validate(car, "car");
   reset();
 }
 
 void StateEstimate::reset() noexcept {
-  x_ = {};
-  p_ = {{{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 0.01}}};
+  belief_ = {};
+  auto& p = belief_.covariance;
+  p[speed][speed] = square(initial_speed_sigma);
+  p[lateral][lateral] = square(params_.side_slip_sigma);
+  p[yaw_rate][yaw_rate] = square(initial_yaw_rate_sigma);
+  p[gyro_bias][gyro_bias] = square(params_.yaw_rate_bias_sigma);
+  p[x_bias][x_bias] = p[y_bias][y_bias] = square(params_.acceleration_bias_sigma);
+  p[slip][slip] = square(params_.wheel_slip_sigma);
+  steering_line_.reset(params_.steering_offset);
+  speed_line_.reset(0.0);
+  acceleration_ = previous_acceleration_ = {.age = std::numeric_limits<double>::infinity()};
+  time_ = 0.0;
   steering_ = params_.steering_offset;
-  speed_doubted_ = rate_doubted_ = 0;
+  wheels_.time = gyro_.time = 0.0;
 }
 
-void StateEstimate::predict(const DriveCommand& command, double dt) noexcept {
-  if (!std::isfinite(dt) || dt <= 0.0) return;
-  dt = std::min(dt, max_step);
-  if (std::isfinite(command.steering_angle)) {
-    const double wanted =
-        std::clamp(command.steering_angle, -car_.steering_limit, car_.steering_limit) + params_.steering_offset;
-    const double share = params_.servo_time > 0.0 ? 1.0 - std::exp(-dt / params_.servo_time) : 1.0;
-    const double most = car_.steering_rate * dt;
-    steering_ += std::clamp(share * (wanted - steering_), -most, most);
+// Predicts with the command, gyro and accelerometer; then corrects with the measured steering angle and wheel speed,
+// and with the models of steering and tires.
+void StateEstimate::update(const SensorReading& reading, const DriveCommand& commanded, double dt) noexcept {
+  dt = std::isfinite(dt) && dt > 0.0 ? std::min(dt, max_step) : 0.0;
+  const double yaw_rate_before = belief_.mean[yaw_rate];
+  time_ += dt;
+  queue_command(commanded);
+  predict_servo(dt);
+  add_drift(dt);
+  measure_acceleration(reading, dt);
+  measure_yaw_rate(reading.yaw_rate, dt);
+  predict_velocity(yaw_rate_before, dt);
+  measure_steering(reading.steering_angle);
+  measure_wheels(reading.wheel_speed, dt);
+  follow_steering(dt);
+  follow_tires(dt);
+  bound();
+}
+
+MotionEstimate StateEstimate::estimate() const noexcept {
+  const auto& x = belief_.mean;
+  return {.state = {x[speed], x[yaw_rate], steering_},
+          .lateral_speed = x[lateral],
+          .yaw_rate_bias = x[gyro_bias],
+          .acceleration_x_bias = x[x_bias],
+          .acceleration_y_bias = x[y_bias],
+          .wheel_slip = x[slip],
+          .wheels_rejected = wheels_.time > 0.0};
+}
+
+// The command takes effect after the car's delays.
+void StateEstimate::queue_command(const DriveCommand& commanded) noexcept {
+  if (!std::isfinite(commanded.steering_angle) || !std::isfinite(commanded.speed)) return;
+  const double steering = std::clamp(commanded.steering_angle, -car_.steering_limit, car_.steering_limit);
+  steering_line_.push(time_ + car_.steering_delay, steering + params_.steering_offset);
+  speed_line_.push(time_ + car_.speed_delay, std::clamp(commanded.speed, -max_speed, max_speed));
+}
+
+void StateEstimate::predict_servo(double dt) noexcept {
+  const double share = 1.0 - std::exp(-dt / car_.servo_time_constant);
+  const double limit = car_.steering_rate * dt;
+  steering_ += std::clamp(share * (steering_line_.at(time_) - steering_), -limit, limit);
+}
+
+// Process noise of the states without a motion model.
+void StateEstimate::add_drift(double dt) noexcept {
+  Belief::Vector noise{};
+  noise[yaw_rate] = square(params_.yaw_acceleration_sigma * dt);
+  noise[gyro_bias] = square(params_.yaw_rate_bias_drift) * dt;
+  noise[x_bias] = noise[y_bias] = square(params_.acceleration_bias_drift) * dt;
+  noise[slip] = square(params_.wheel_slip_drift) * dt;
+  for (std::size_t i = 0; i < size; ++i) belief_.covariance[i][i] += noise[i];
+}
+
+void StateEstimate::measure_acceleration(const SensorReading& reading, double dt) noexcept {
+  acceleration_.age += dt;
+  if (!std::isfinite(reading.acceleration_x) || !std::isfinite(reading.acceleration_y)) return;
+  previous_acceleration_ = acceleration_;
+  acceleration_ = {std::clamp(reading.acceleration_x, -max_acceleration, max_acceleration),
+                   std::clamp(reading.acceleration_y, -max_acceleration, max_acceleration), 0.0};
+}
+
+bool StateEstimate::has_acceleration() const noexcept { return acceleration_.age <= acceleration_hold; }
+
+void StateEstimate::measure_yaw_rate(double measured, double dt) noexcept {
+  if (!std::isfinite(measured)) return;
+  const auto& x = belief_.mean;
+  Belief::Vector row{};
+  row[yaw_rate] = row[gyro_bias] = 1.0;
+  const double innovation = std::clamp(measured, -max_yaw_rate, max_yaw_rate) - x[yaw_rate] - x[gyro_bias];
+  correct_gated({row, innovation, square(params_.yaw_rate_sigma)}, gyro_, dt);
+}
+
+void StateEstimate::predict_velocity(double yaw_rate_before, double dt) noexcept {
+  if (has_acceleration()) {
+    predict_by_acceleration(yaw_rate_before, dt);
+  } else {
+    predict_by_command(dt);
   }
-  p_[0][0] += square(params_.acceleration_sigma * dt);
-  p_[1][1] += square(params_.yaw_acceleration_sigma * dt);
-  p_[2][2] += square(params_.bias_drift) * dt;
-  follow_model();
 }
 
-// Pseudo-measurement of the yaw rate from speed and steering angle; zero at standstill.
-void StateEstimate::follow_model() noexcept {
-  int never = 0;
-  const double v = x_[0];
-  if (std::abs(v) < params_.standstill_speed) {
-    correct({0.0, 1.0, 0.0}, -x_[1], square(0.01), false, never);
+// v' = f_x - b_x + r u + x_imu r^2,  u' = f_y - b_y - r v - x_imu r': the velocity of base_link from the
+// acceleration of an IMU ahead of it.
+void StateEstimate::predict_by_acceleration(double yaw_rate_before, double dt) noexcept {
+  auto& x = belief_.mean;
+  const double r = 0.5 * (yaw_rate_before + x[yaw_rate]);
+  const double v = x[speed], u = x[lateral];
+  x[speed] += dt * (acceleration_.forward - x[x_bias] + r * u + params_.imu_x * r * r);
+  x[lateral] += dt * (acceleration_.left - x[y_bias] - r * v) - params_.imu_x * (x[yaw_rate] - yaw_rate_before);
+  Belief::Matrix f = Belief::identity();
+  f[speed][lateral] = dt * r;
+  f[speed][yaw_rate] = dt * (u + 2.0 * params_.imu_x * r);
+  f[speed][x_bias] = -dt;
+  f[lateral][speed] = -dt * r;
+  f[lateral][yaw_rate] = -dt * v;
+  f[lateral][y_bias] = -dt;
+  Belief::Vector noise{};
+  noise[speed] = noise[lateral] = square(params_.acceleration_sigma * dt);
+  belief_.propagate(f, noise);
+}
+
+// Without an accelerometer: the speed follows its command, and the tire model alone gives the lateral speed.
+void StateEstimate::predict_by_command(double dt) noexcept {
+  const double wanted = (1.0 - std::exp(-car_.speed_gain * dt)) * (speed_line_.at(time_) - belief_.mean[speed]);
+  const double limit = car_.brake_max * dt;
+  belief_.mean[speed] += std::clamp(wanted, -limit, limit);
+  Belief::Vector noise{};
+  noise[speed] = noise[lateral] = square(params_.command_sigma * dt);
+  belief_.propagate(Belief::identity(), noise);
+}
+
+void StateEstimate::measure_steering(double measured) noexcept {
+  if (!std::isfinite(measured)) return;
+  const double angle = std::clamp(measured, -car_.steering_limit, car_.steering_limit) + params_.steering_offset;
+  const double gain = square(params_.servo_sigma) / (square(params_.servo_sigma) + square(params_.steering_sigma));
+  steering_ += gain * (angle - steering_);
+}
+
+// Pseudo-measurement r = v tan(delta) / (L (1 + K v^2)). Its errors are correlated: all readings within model_time
+// count as one.
+void StateEstimate::follow_steering(double dt) noexcept {
+  const double v = belief_.mean[speed];
+  if (std::abs(v) < params_.standstill_speed) return correct_standstill();
+  if (dt <= 0.0) return;
+  const double reduced = 1.0 + std::max(params_.understeer * v * v, min_understeer);
+  const double per_speed = std::tan(steering_) / (car_.wheelbase * reduced);
+  const double sigma = params_.model_sigma + params_.model_acceleration_sigma * std::abs(v * v * per_speed);
+  Belief::Vector row{};
+  row[speed] = -per_speed;
+  row[yaw_rate] = 1.0;
+  belief_.correct(row, v * per_speed - belief_.mean[yaw_rate], square(sigma) * std::max(1.0, params_.model_time / dt));
+}
+
+void StateEstimate::correct_standstill() noexcept {
+  for (const Index still : {yaw_rate, lateral}) {
+    Belief::Vector row{};
+    row[still] = 1.0;
+    belief_.correct(row, -belief_.mean[still], square(standstill_sigma));
+  }
+}
+
+// Pseudo-measurement u = -k v (v r): the slip angle of the rear axle is proportional to the lateral acceleration.
+void StateEstimate::follow_tires(double dt) noexcept {
+  if (dt <= 0.0) return;
+  const double v = belief_.mean[speed], r = belief_.mean[yaw_rate];
+  const double expected = -params_.side_slip * v * v * r;
+  const double sigma = params_.side_slip_sigma + params_.side_slip_share * std::abs(expected);
+  Belief::Vector row{};
+  row[lateral] = 1.0;
+  row[speed] = 2.0 * params_.side_slip * v * r;
+  row[yaw_rate] = params_.side_slip * v * v;
+  belief_.correct(row, expected - belief_.mean[lateral], square(sigma) * std::max(1.0, params_.model_time / dt));
+}
+
+// w = v (1 + k f), with the force f per mass that drives the wheels. It is measured with noise, and may change within
+// the time of a reading.
+void StateEstimate::measure_wheels(double measured, double dt) noexcept {
+  if (!std::isfinite(measured)) return;
+  const auto& x = belief_.mean;
+  const double v = x[speed];
+  const double force =
+      has_acceleration() ? shrink_noise(acceleration_.forward - x[x_bias], params_.acceleration_sigma) : 0.0;
+  const double change = has_acceleration() && previous_acceleration_.age <= acceleration_hold
+                            ? acceleration_.forward - previous_acceleration_.forward
+                            : 0.0;
+  Belief::Vector row{};
+  row[speed] = 1.0 + x[slip] * force;
+  row[x_bias] = has_acceleration() ? -x[slip] * v : 0.0;
+  row[slip] = v * force;
+  const double wheels = params_.speed_scale * std::clamp(measured, -max_speed, max_speed);
+  const double slip_square = square(x[slip]) + belief_.covariance[slip][slip];
+  const double force_variance = square(params_.acceleration_sigma) + square(change);
+  const double variance = square(params_.speed_sigma) + slip_square * square(v) * force_variance;
+  correct_gated({row, wheels - v * row[speed], variance}, wheels_, dt);
+}
+
+// Outliers are rejected for up to the limit; after that, the variance of the measured state is increased.
+void StateEstimate::correct_gated(const Measurement& measurement, Rejection& rejection, double dt) noexcept {
+  const auto& [row, innovation, variance] = measurement;
+  const bool outlier = square(innovation) > square(params_.gate) * belief_.innovation_variance(row, variance);
+  if (outlier && rejection.time < rejection.limit) {
+    rejection.time += dt;
     return;
   }
-  const double per_speed = std::tan(steering_) / (car_.wheelbase * (1.0 + std::max(params_.understeer * v * v, -0.5)));
-  const double expected = v * per_speed;
-  const double sigma = params_.model_sigma + params_.slip_sigma * std::abs(v * expected);
-  correct({-per_speed, 1.0, 0.0}, expected - x_[1], square(sigma), false, never);
+  if (outlier) belief_.covariance[rejection.about][rejection.about] += square(innovation);
+  rejection.time = 0.0;
+  belief_.correct(row, innovation, variance);
 }
 
-void StateEstimate::measure_speed(double speed) noexcept {
-  if (!std::isfinite(speed)) return;
-  correct({1.0, 0.0, 0.0}, params_.speed_scale * std::clamp(speed, -max_speed, max_speed) - x_[0],
-          square(params_.speed_sigma), true, speed_doubted_);
-}
-
-void StateEstimate::measure_yaw_rate(double yaw_rate) noexcept {
-  if (!std::isfinite(yaw_rate)) return;
-  correct({0.0, 1.0, 1.0}, std::clamp(yaw_rate, -max_rate, max_rate) - x_[1] - x_[2], square(params_.yaw_rate_sigma),
-          true, rate_doubted_);
-}
-
-void StateEstimate::measure_steering(double steering_angle) noexcept {
-  if (!std::isfinite(steering_angle)) return;
-  const double measured =
-      std::clamp(steering_angle, -car_.steering_limit, car_.steering_limit) + params_.steering_offset;
-  steering_ += square(params_.servo_sigma) / (square(params_.servo_sigma) + square(params_.steering_sigma)) *
-               (measured - steering_);
-}
-
-// Scalar Kalman update with the row `row` of the measurement matrix. Outliers are rejected, but at most `patience` in a
-// row.
-void StateEstimate::correct(const Vector& row, double innovation, double variance, bool gated, int& doubted) noexcept {
-  Vector column{};  // P h
-  double total = variance;
-  for (std::size_t i = 0; i < n_; ++i) {
-    for (std::size_t j = 0; j < n_; ++j) column[i] += p_[i][j] * row[j];
+// Limits mean and variance, and resets an estimate that is not finite.
+void StateEstimate::bound() noexcept {
+  if (!is_finite(belief_)) return reset();
+  constexpr Belief::Vector limit{
+      max_speed, max_speed, max_yaw_rate, max_gyro_bias, max_acceleration_bias, max_acceleration_bias, max_slip};
+  for (std::size_t i = 0; i < size; ++i) {
+    belief_.mean[i] = std::clamp(belief_.mean[i], -limit[i], limit[i]);
+    double& variance = belief_.covariance[i][i];
+    variance = std::max(variance, min_variance);
+    if (variance > max_variance) belief_.scale(i, std::sqrt(max_variance / variance));
   }
-  for (std::size_t i = 0; i < n_; ++i) total += row[i] * column[i];
-  if (gated && square(innovation) > square(params_.gate) * total && doubted < patience) {
-    ++doubted;
-    return;
-  }
-  doubted = 0;
-  for (std::size_t i = 0; i < n_; ++i) x_[i] += column[i] / total * innovation;
-  for (std::size_t i = 0; i < n_; ++i) {
-    for (std::size_t j = 0; j < n_; ++j) p_[i][j] -= column[i] * column[j] / total;
-    p_[i][i] = std::clamp(p_[i][i], 1e-9, 1e4);
-  }
-  x_[0] = std::clamp(x_[0], -max_speed, max_speed);
-  x_[1] = std::clamp(x_[1], -max_rate, max_rate);
-  x_[2] = std::clamp(x_[2], -max_bias, max_bias);
 }
 
 }  // namespace firstlap

@@ -1,90 +1,103 @@
-// The paper's Estimation layer, for cars with poor odometry: an extended Kalman filter of speed, yaw rate and gyro bias
-// fuses wheel speed, gyro and steering angle into the state that drivers take. The servo is modeled, and corrected
-// where its angle is measured. No allocation, bounded work, finite for any input.
+// The paper's Estimation layer: an extended Kalman filter fuses wheel speed, gyro, accelerometer, steering angle and
+// command into the state that drivers take. docs/estimation.md has its equations. No allocation, bounded work, finite
+// for any input.
 #pragma once
 
-#include <array>
 #include <tuple>
 
-#include "firstlap/common/car_geometry.hpp"
+#include "firstlap/common/car_dynamics.hpp"
+#include "firstlap/common/delay_line.hpp"
 #include "firstlap/common/field.hpp"
 #include "firstlap/common/types.hpp"
+#include "firstlap/estimation/gaussian.hpp"
+#include "firstlap/estimation/state_estimate_params.hpp"
 
 namespace firstlap {
 
-struct StateEstimateParams {
-  double speed_sigma = 0.1;
-  double yaw_rate_sigma = 0.05;
-  double steering_sigma = 0.01;
-  double acceleration_sigma = 2.0;
-  double yaw_acceleration_sigma = 8.0;
-  double bias_drift = 0.002;
-  double model_sigma = 0.1;
-  double slip_sigma = 0.08;
-  double understeer = 0.01;
-  double servo_time = 0.04;
-  double servo_sigma = 0.02;
-  double steering_offset = 0.0;
-  double speed_scale = 1.0;
-  double standstill_speed = 0.1;
-  double gate = 5.0;
+// All estimated quantities. Drivers take `state`.
+struct MotionEstimate {
+  VehicleState state{};
+  double lateral_speed = 0.0;
+  double yaw_rate_bias = 0.0;
+  double acceleration_x_bias = 0.0;
+  double acceleration_y_bias = 0.0;
+  double wheel_slip = 0.0;
+  bool wheels_rejected = false;
 
-  static constexpr auto fields() {
-    using P = StateEstimateParams;
+  static constexpr auto columns() {
+    using C = MotionEstimate;
     return std::tuple{
-        Field{"speed_sigma", &P::speed_sigma, "m/s", 0.001, 5.0, "noise of the wheel speed"},
-        Field{"yaw_rate_sigma", &P::yaw_rate_sigma, "rad/s", 0.001, 5.0, "noise of the gyro"},
-        Field{"steering_sigma", &P::steering_sigma, "rad", 0.0001, 0.5, "noise of the measured steering angle"},
-        Field{"acceleration_sigma", &P::acceleration_sigma, "m/s^2", 0.01, 50.0,
-              "acceleration between measurements, standard deviation"},
-        Field{"yaw_acceleration_sigma", &P::yaw_acceleration_sigma, "rad/s^2", 0.01, 200.0,
-              "yaw acceleration between measurements, standard deviation"},
-        Field{"bias_drift", &P::bias_drift, "rad/s", 0.0, 0.5, "drift of the gyro bias per second"},
-        Field{"model_sigma", &P::model_sigma, "rad/s", 0.001, 10.0,
-              "error of the yaw rate predicted from speed and steering angle"},
-        Field{"slip_sigma", &P::slip_sigma, "s/m", 0.0, 5.0, "increase of that error per lateral acceleration"},
-        Field{"understeer", &P::understeer, "s^2/m^2", -0.1, 0.5, "the yaw rate is divided by 1 + this v^2"},
-        Field{"servo_time", &P::servo_time, "s", 0.0, 1.0, "first-order lag of the servo"},
-        Field{"servo_sigma", &P::servo_sigma, "rad", 0.0001, 0.5, "error of the servo model"},
-        Field{"steering_offset", &P::steering_offset, "rad", -0.3, 0.3, "steering angle at servo position 0"},
-        Field{"speed_scale", &P::speed_scale, "", 0.5, 2.0, "true speed per measured speed"},
-        Field{"standstill_speed", &P::standstill_speed, "m/s", 0.0, 1.0,
-              "below this speed the car stands still, and the gyro measures its bias"},
-        Field{"gate", &P::gate, "", 1.0, 100.0, "measurements this many sigma off are rejected at first"},
+        Part{&C::state},
+        Column{"lateral_speed", &C::lateral_speed, "m/s", "of base_link, left positive"},
+        Column{"yaw_rate_bias", &C::yaw_rate_bias, "rad/s", "of the gyro"},
+        Column{"acceleration_x_bias", &C::acceleration_x_bias, "m/s^2", "of the accelerometer, forward"},
+        Column{"acceleration_y_bias", &C::acceleration_y_bias, "m/s^2", "of the accelerometer, to the left"},
+        Column{"wheel_slip", &C::wheel_slip, "s^2/m", "slip of the wheels per acceleration"},
+        Column{"wheels_rejected", &C::wheels_rejected, "",
+               "the wheel speed contradicts the accelerometer, because the wheels lock or spin"},
     };
   }
 };
 
 class StateEstimate {
  public:
+  enum Index : std::size_t { speed, lateral, yaw_rate, gyro_bias, x_bias, y_bias, slip, size };
+  using Belief = Gaussian<size>;
+
   // Throws std::invalid_argument with field, value and allowed range.
-  explicit StateEstimate(const StateEstimateParams& params, const CarGeometry& car = {});
+  explicit StateEstimate(const StateEstimateParams& params, const CarModel& car = {});
 
-  // Predicts by `dt` [s]; the servo follows `command`. Does nothing if `dt` is not finite or not positive.
-  void predict(const DriveCommand& command, double dt) noexcept;
+  // Updates with the measurements `dt` [s] after the last update; `command` is the newest command since then. Values of
+  // `reading` that are not finite count as not measured, and a `dt` that is not finite or not positive as 0.
+  void update(const SensorReading& reading, const DriveCommand& command, double dt) noexcept;
 
-  // Measurements at the predicted time. Ignored if not finite.
-  void measure_speed(double speed) noexcept;              // [m/s] wheel speed
-  void measure_yaw_rate(double yaw_rate) noexcept;        // [rad/s] gyro
-  void measure_steering(double steering_angle) noexcept;  // [rad]
-
-  VehicleState state() const noexcept { return {x_[0], x_[1], steering_}; }
-  double yaw_rate_bias() const noexcept { return x_[2]; }  // [rad/s]
+  [[nodiscard]] MotionEstimate estimate() const noexcept;
+  [[nodiscard]] const Belief& belief() const noexcept { return belief_; }
   void reset() noexcept;
 
  private:
-  static constexpr std::size_t n_ = 3;  // speed, yaw rate, bias
-  using Vector = std::array<double, n_>;
+  struct Acceleration {
+    double forward = 0.0, left = 0.0;  // [m/s^2] measured
+    double age = 0.0;                  // [s] since the measurement
+  };
 
-  void correct(const Vector& row, double innovation, double variance, bool gated, int& doubted) noexcept;
-  void follow_model() noexcept;
+  // `row`: of the measurement matrix. `innovation`: measured minus predicted.
+  struct Measurement {
+    Belief::Vector row{};
+    double innovation = 0.0, variance = 0.0;
+  };
+
+  struct Rejection {
+    Index about;        // the measured state
+    double limit;       // [s] maximum time for which it is rejected
+    double time = 0.0;  // [s] for which it has been rejected
+  };
+
+  void queue_command(const DriveCommand& command) noexcept;
+  void predict_servo(double dt) noexcept;
+  void add_drift(double dt) noexcept;
+  void measure_acceleration(const SensorReading& reading, double dt) noexcept;
+  void measure_yaw_rate(double measured, double dt) noexcept;
+  void measure_steering(double measured) noexcept;
+  void measure_wheels(double measured, double dt) noexcept;
+  void predict_velocity(double yaw_rate_before, double dt) noexcept;
+  void predict_by_acceleration(double yaw_rate_before, double dt) noexcept;
+  void predict_by_command(double dt) noexcept;
+  void follow_steering(double dt) noexcept;
+  void follow_tires(double dt) noexcept;
+  void correct_standstill() noexcept;
+  void bound() noexcept;
+  [[nodiscard]] bool has_acceleration() const noexcept;
+  void correct_gated(const Measurement& measurement, Rejection& rejection, double dt) noexcept;
 
   StateEstimateParams params_;
-  CarGeometry car_;
-  Vector x_{};
-  std::array<Vector, n_> p_{};  // covariance
-  double steering_ = 0.0;       // [rad]
-  int speed_doubted_ = 0, rate_doubted_ = 0;
+  CarModel car_;
+  Belief belief_{};
+  DelayLine steering_line_{}, speed_line_{};
+  Acceleration acceleration_{}, previous_acceleration_{};
+  double time_ = 0.0;      // [s] since the reset
+  double steering_ = 0.0;  // [rad]
+  Rejection wheels_, gyro_;
 };
 
 }  // namespace firstlap

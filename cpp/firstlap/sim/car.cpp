@@ -12,6 +12,12 @@ Pose2 laser_pose(const Car& car, const Pose2& base_link) noexcept {
   return {base_link.x + c * x - s * y, base_link.y + s * x + c * y, base_link.yaw + car.sensors.laser_yaw_error};
 }
 
+CarModel model_of(const Car& car) noexcept { return {car.geometry, car.vehicle}; }
+
+SensedMotion sensed(const Vehicle& vehicle, const Car& car) noexcept {
+  return {vehicle.own_state(), vehicle.pose().yaw, vehicle.acceleration_at(car.state_estimate.imu_x)};
+}
+
 Car default_car() { return {}; }
 
 // ForzaETH race_stack, stack_master/config/NUC2 (2024). The servo's time constant was identified including its delay,
@@ -57,7 +63,8 @@ Car gym_car() {
   v.speed_max = 20.0;
   v.reverse_speed_max = 5.0;
   v.steering_delay = 0.0;
-  car.sensors = {.speed_noise = 0.0, .yaw_rate_noise = 0.0, .steering_noise = 0.0};
+  car.sensors = {
+      .speed_noise = 0.0, .yaw_rate_noise = 0.0, .steering_noise = 0.0, .acceleration_noise = 0.0, .vibration = 0.0};
   LidarParams& lidar = car.lidar;
   lidar.beams = 1080;
   lidar.fov = 4.7;

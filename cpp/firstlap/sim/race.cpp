@@ -67,7 +67,8 @@ Race::Race(const Track& track, const Car& car, Driver& driver, const RaceOptions
                                 " m left of the centerline");
   }
   progress_.reset({last_pose_.x, last_pose_.y});
-  sensors_.record(0.0, vehicle_.own_state(), last_pose_.yaw);
+  sensors_.record(0.0, sensed(vehicle_, car_));
+  if (car_.state_estimate.enabled) estimate_.emplace(car_.state_estimate, model_of(car));
   if (options_.obstacle_sight > 0.0) {
     box_.emplace(obstacle_pose(progress_, options_), options_.obstacle_length, options_.obstacle_width, car_.lidar);
   }
@@ -94,7 +95,7 @@ void Race::move(int i) {
   vehicle_.step(step_);
   const Pose2 after = vehicle_.pose();
   result_.time = static_cast<double>(scans_) * period_ + i * step_;
-  sensors_.record(result_.time, vehicle_.own_state(), after.yaw);
+  sensors_.record(result_.time, sensed(vehicle_, car_));
   sweep(before, after, i);
   check_laps(std::hypot(after.x - before.x, after.y - before.y));
   if (!over()) check_obstacle();
@@ -189,10 +190,17 @@ void Race::end_by_contact(Point2 point, bool obstacle) {
 void Race::receive() {
   if (waiting_) ++result_.skipped_scans;
   waiting_ranges_ = ranges_;
-  waiting_state_ = sensors_.measure(result_.time);
+  waiting_state_ = state_for_driver();
   waiting_scan_ = scans_;
   waiting_ = true;
   drive_if_free();
+}
+
+VehicleState Race::state_for_driver() noexcept {
+  reading_ = sensors_.read(result_.time);
+  if (!estimate_) return as_measured(reading_);
+  estimate_->update(reading_, last_.command, period_);
+  return estimate_->estimate().state;
 }
 
 void Race::drive_if_free() {

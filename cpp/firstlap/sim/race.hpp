@@ -12,6 +12,7 @@
 
 #include "firstlap/common/driver.hpp"
 #include "firstlap/common/field.hpp"
+#include "firstlap/estimation/state_estimate.hpp"
 #include "firstlap/sim/car.hpp"
 #include "firstlap/sim/lap_meter.hpp"
 #include "firstlap/sim/obstacle.hpp"
@@ -98,13 +99,15 @@ class Race {
   RaceResult take_result() { return std::move(result_); }  // ends the race
   bool over() const noexcept { return result_.outcome != Outcome::running; }
 
-  double time() const noexcept { return result_.time; }                          // [s] simulated
-  Pose2 pose() const noexcept { return vehicle_.pose(); }                        // base_link, true
-  VehicleState state() const noexcept { return vehicle_.state(); }               // true
-  VehicleState measured() const noexcept { return measured_; }                   // state given to the driver last
-  LaserScan scan() const noexcept { return lidar_.view(given_); }                // scan given to the driver last
-  StepResult step_result() const noexcept { return last_; }                      // result of the driver's last step
-  double s() const noexcept { return progress_.s(); }                            // [m]
+  double time() const noexcept { return result_.time; }                       // [s] simulated
+  Pose2 pose() const noexcept { return vehicle_.pose(); }                     // base_link, true
+  VehicleState state() const noexcept { return vehicle_.state(); }            // true
+  VehicleState measured() const noexcept { return measured_; }                // state given to the driver last
+  SensorReading reading() const noexcept { return reading_; }                 // of the car's sensors at the last scan
+  double lateral_speed() const noexcept { return vehicle_.lateral_speed(); }  // [m/s] of base_link, true
+  LaserScan scan() const noexcept { return lidar_.view(given_); }             // scan given to the driver last
+  StepResult step_result() const noexcept { return last_; }                   // result of the driver's last step
+  double s() const noexcept { return progress_.s(); }                         // [m]
   double lateral_offset() const noexcept { return progress_.lateral_offset(); }  // [m]
   double track_length() const noexcept { return progress_.length(); }            // [m]
   Driver& driver() const noexcept { return *driver_; }
@@ -118,6 +121,7 @@ class Race {
   void end_by_contact(Point2 point, bool obstacle);
   void check_rules();
   void receive();
+  VehicleState state_for_driver() noexcept;
   void drive_if_free();
   void drive();
   void record();
@@ -130,6 +134,7 @@ class Race {
   Vehicle vehicle_;
   Lidar lidar_;
   Sensors sensors_;
+  std::optional<StateEstimate> estimate_;
   Rng lidar_rng_;
   LapMeter meter_;
   std::optional<Obstacle> box_;
@@ -148,6 +153,7 @@ class Race {
   double busy_until_ = 0.0;  // [s] when the driver will be done with it
   long driven_scan_ = 0, waiting_scan_ = 0;
   VehicleState measured_{}, waiting_state_{};
+  SensorReading reading_{};
   StepResult last_{};
   RaceResult result_{};
 };

@@ -1,5 +1,5 @@
-// Measurements of the car's own state: wheel speed, yaw rate and steering angle, with errors; and the LiDAR's mounting
-// errors.
+// Measurements of the car's own state: wheel speed, yaw rate, acceleration and steering angle, with errors; and the
+// LiDAR's mounting errors.
 #pragma once
 
 #include <array>
@@ -30,6 +30,13 @@ struct SensorParams {
   double yaw_rate_bias = 0.0;
   double steering_noise = 0.003;
   double steering_offset = 0.0;
+  double acceleration_noise = 0.018;
+  double vibration = 0.3;
+  double acceleration_x_bias = 0.0;
+  double acceleration_y_bias = 0.0;
+  double wheel_slip = 0.0;
+  double wheel_lock_deceleration = 0.0;
+  double wheel_lock_time = 0.03;
   double latency = 0.0;
   int odometry_fault = 0;
   double laser_x_error = 0.0;
@@ -46,6 +53,20 @@ struct SensorParams {
         Field{"yaw_rate_bias", &P::yaw_rate_bias, "rad/s", -1.0, 1.0, "added to the yaw rate"},
         Field{"steering_noise", &P::steering_noise, "rad", 0.0, 0.5, "standard deviation of the steering angle"},
         Field{"steering_offset", &P::steering_offset, "rad", -0.2, 0.2, "added to the steering angle"},
+        Field{"acceleration_noise", &P::acceleration_noise, "m/s^2", 0.0, 20.0,
+              "standard deviation of the acceleration; Bosch BMI160: 1.8 mg"},
+        Field{"vibration", &P::vibration, "m/s^2", 0.0, 20.0,
+              "standard deviation of the car's vibration in the acceleration, while it moves"},
+        Field{"acceleration_x_bias", &P::acceleration_x_bias, "m/s^2", -5.0, 5.0,
+              "added to the forward acceleration; Bosch BMI160: up to 40 mg"},
+        Field{"acceleration_y_bias", &P::acceleration_y_bias, "m/s^2", -5.0, 5.0,
+              "added to the acceleration to the left; Bosch BMI160: up to 40 mg"},
+        Field{"wheel_slip", &P::wheel_slip, "s^2/m", 0.0, 0.1,
+              "the wheels turn faster than the car by this times its acceleration"},
+        Field{"wheel_lock_deceleration", &P::wheel_lock_deceleration, "m/s^2", 0.0, 50.0,
+              "the wheels lock while the car brakes harder than this (0: never)"},
+        Field{"wheel_lock_time", &P::wheel_lock_time, "s", 0.001, 1.0,
+              "time constant of a wheel that locks or spins up again"},
         Field{"latency", &P::latency, "s", 0.0, 0.2, "age of a measurement when the driver receives it"},
         Field{"odometry_fault", &P::odometry_fault, "", 0.0, 5.0,
               "0 none, 1 speed negated, 2 speed in the map frame, 3 km/h, 4 deg/s, 5 stuck at 0"},
@@ -56,6 +77,14 @@ struct SensorParams {
   }
 };
 
+// The true motion. `state` and `yaw` [rad] in the map frame as the car's own electronics measure them; `acceleration`
+// [m/s^2] at the IMU, forward and left.
+struct SensedMotion {
+  VehicleState state{};
+  double yaw = 0.0;
+  Point2 acceleration{};
+};
+
 class Sensors {
  public:
   // Throws std::invalid_argument for a parameter outside its range.
@@ -64,24 +93,31 @@ class Sensors {
   // Changes the errors from now on. Throws as the constructor does; then nothing changes.
   void change(const SensorParams& params);
 
-  // Records the state at `time` [s], as the car's own electronics measure it, with its heading `yaw` [rad] in the map
-  // frame. Times must not decrease.
-  void record(double time, const VehicleState& state, double yaw = 0.0) noexcept;
+  // Records the true motion at `time` [s]. Times must not decrease.
+  void record(double time, const SensedMotion& motion) noexcept;
 
-  // The newest recorded state that is at least `latency` old (if there is none, the oldest), with errors.
-  VehicleState measure(double time) noexcept;
+  // Measures the newest recorded motion that is at least `latency` old (if there is none, the oldest), with errors. The
+  // acceleration is the mean since the last reading, as the filter of an IMU outputs it.
+  SensorReading read(double time) noexcept;
 
  private:
   struct Sample {
     double time = 0.0;
-    VehicleState state{};
-    double yaw = 0.0;
+    SensedMotion motion{};
+    Point2 impulse{};  // [m/s] integral of the acceleration
   };
 
+  [[nodiscard]] const Sample& sample_of(double time) const noexcept;
+  [[nodiscard]] double rolling(double braking, double dt) noexcept;
+  VehicleState measure(const SensedMotion& motion) noexcept;
+  Point2 measure_acceleration(const Sample& sample) noexcept;
+
   SensorParams params_;
-  Rng rng_;
+  Rng rng_, imu_rng_;
   std::array<Sample, 512> samples_{};
   std::size_t count_ = 0;
+  double rolling_ = 1.0;  // wheel speed as a share of the car's speed
+  Sample read_{};         // sample of the last reading
 };
 
 }  // namespace firstlap::sim

@@ -61,7 +61,7 @@ void Vehicle::reset(const Pose2& base_link, double speed) {
   gym_next_control_ = 0.0;
   steering_line_.reset(0.0);
   speed_line_.reset(speed);
-  time_ = a_x_ = a_y_ = 0.0;
+  time_ = a_x_ = a_y_ = yaw_acceleration_ = 0.0;
 }
 
 void Vehicle::change(const CarGeometry& geometry, const VehicleParams& params) {
@@ -107,6 +107,7 @@ void Vehicle::step_single_track(double dt) noexcept {
   const BodyState rate = derivative(body_);
   a_x_ = rate.forward - body_.lateral * body_.yaw_rate;
   a_y_ = rate.lateral + body_.forward * body_.yaw_rate;
+  yaw_acceleration_ = rate.yaw_rate;
   body_ = runge_kutta(body_, dt, derivative);
   const bool slow = std::hypot(body_.forward, body_.lateral) < params_.kinematic_below;
   if (slow && params_.reverse_speed_max == 0.0) body_.forward = std::max(body_.forward, 0.0);
@@ -126,6 +127,7 @@ void Vehicle::step_gym(double dt) noexcept {
   const GymState rate = derivative(gym_);
   a_x_ = rate[3];
   a_y_ = gym_[3] * (rate[4] + rate[6]);
+  yaw_acceleration_ = rate[5];
   gym_ = runge_kutta(gym_, dt, derivative);
   body_ = {gym_[0], gym_[1], gym_[4], gym_[3] * std::cos(gym_[6]), gym_[3] * std::sin(gym_[6]), gym_[5], gym_[2]};
 }
@@ -140,6 +142,11 @@ VehicleState Vehicle::state() const noexcept { return {body_.forward, body_.yaw_
 VehicleState Vehicle::own_state() const noexcept {
   return {body_.forward / (1.0 + params_.speed_constant_error), body_.yaw_rate,
           (body_.steering - params_.steering_trim) / params_.steering_gain};
+}
+
+Point2 Vehicle::acceleration_at(double x) const noexcept {
+  const double ahead = x - params_.l_r;
+  return {a_x_ - ahead * body_.yaw_rate * body_.yaw_rate, a_y_ + ahead * yaw_acceleration_};
 }
 
 double Vehicle::lateral_speed() const noexcept { return body_.lateral - params_.l_r * body_.yaw_rate; }

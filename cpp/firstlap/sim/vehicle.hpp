@@ -5,8 +5,8 @@
 #include <array>
 
 #include "firstlap/common/car_geometry.hpp"
+#include "firstlap/common/delay_line.hpp"
 #include "firstlap/common/types.hpp"
-#include "firstlap/sim/delay_line.hpp"
 #include "firstlap/sim/vehicle_params.hpp"
 
 namespace firstlap::sim {
@@ -69,6 +69,7 @@ class Vehicle {
   double lateral_speed() const noexcept;    // [m/s] at base_link
   double forward_acceleration() const noexcept { return a_x_; }  // [m/s^2] of the center of gravity
   double lateral_acceleration() const noexcept { return a_y_; }  // [m/s^2] of the center of gravity
+  Point2 acceleration_at(double x) const noexcept;               // [m/s^2] of a point `x` [m] ahead of the rear axle
   double time() const noexcept { return time_; }                 // [s] since reset
 
  private:
@@ -80,7 +81,7 @@ class Vehicle {
   VehicleParams params_;
   BodyState body_{};
   DelayLine steering_line_, speed_line_;
-  double time_ = 0.0, a_x_ = 0.0, a_y_ = 0.0;
+  double time_ = 0.0, a_x_ = 0.0, a_y_ = 0.0, yaw_acceleration_ = 0.0;
   GymState gym_{};
   GymInput gym_input_{};
   std::array<double, 2> gym_buffer_{};

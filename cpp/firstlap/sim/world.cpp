@@ -51,6 +51,7 @@ void World::change(const Car& car, double mu_scale) {
   options.mu_scale = mu_scale;
   validate(options, "world");
   validate(car.sensors, "sensors");
+  validate(car.state_estimate, "state_estimate");
   if (car.lidar.beams != car_.lidar.beams || car.lidar.rate != car_.lidar.rate) {
     throw std::invalid_argument("lidar.beams and lidar.rate cannot change while the cars drive");
   }
@@ -60,6 +61,7 @@ void World::change(const Car& car, double mu_scale) {
   for (const auto& agent : agents_) {  // only the first one can throw, since all have the same model
     agent->vehicle.change(changed.geometry, changed.vehicle);
     agent->sensors.change(changed.sensors);
+    if (!(changed.state_estimate == car_.state_estimate)) restart_estimate(*agent, changed);
     agent->lidar = lidar;
   }
   car_ = changed;
@@ -77,9 +79,11 @@ void World::place(std::size_t i, const Pose2& base_link) {
   agent.laps.clear();
   agent.contacts = 0;
   agent.crashed = agent.commanded = agent.started = false;
-  agent.silent = agent.steering = 0.0;
+  agent.silent = 0.0;
+  agent.last_command = {};
+  restart_estimate(agent, car_);
   agent.clearance = std::numeric_limits<double>::infinity();
-  agent.sensors.record(time(), agent.vehicle.own_state(), base_link.yaw);
+  agent.sensors.record(time(), sensed(agent.vehicle, car_));
 }
 
 void World::kick(std::size_t i, double lateral_speed, double yaw_rate) noexcept {
@@ -90,7 +94,7 @@ void World::command(std::size_t i, const DriveCommand& command, double after) no
   Agent& agent = *agents_[i];
   if (agent.crashed || !std::isfinite(command.speed) || !std::isfinite(command.steering_angle)) return;
   agent.vehicle.command(command, std::clamp(after, 0.0, period_));
-  agent.steering = command.steering_angle;
+  agent.last_command = command;
   agent.silent = 0.0;
   agent.commanded = true;
   agent.started = agent.started || command.speed != 0.0;
@@ -102,7 +106,8 @@ void World::advance() {
     agent->lidar.begin_scan(agent->noise, agent->ranges);
     agent->silent += period_;
     if (agent->commanded && options_.command_timeout > 0.0 && agent->silent > options_.command_timeout) {
-      agent->vehicle.command({0.0, agent->steering});
+      agent->last_command.speed = 0.0;
+      agent->vehicle.command(agent->last_command);
       agent->commanded = false;
     }
   }
@@ -116,15 +121,28 @@ void World::advance() {
   ++scans_;
   for (const auto& agent : agents_) {
     agent->lidar.add_noise(agent->ranges, agent->noise);
-    agent->measured = agent->sensors.measure(time());
+    measure(*agent);
   }
+}
+
+void World::restart_estimate(Agent& agent, const Car& car) {
+  agent.estimate.reset();
+  if (car.state_estimate.enabled) agent.estimate.emplace(car.state_estimate, model_of(car));
+}
+
+void World::measure(Agent& agent) const noexcept {
+  agent.reading = agent.sensors.read(time());
+  agent.measured = as_measured(agent.reading);
+  if (!agent.estimate) return;
+  agent.estimate->update(agent.reading, agent.last_command, period_);
+  agent.measured = agent.estimate->estimate().state;
 }
 
 void World::move(Agent& agent, int i) {
   agent.before = agent.vehicle.pose();
   if (!agent.crashed) agent.vehicle.step(step_);
   const Pose2 after = agent.vehicle.pose();
-  agent.sensors.record(time() + i * step_, agent.vehicle.own_state(), after.yaw);
+  agent.sensors.record(time() + i * step_, sensed(agent.vehicle, car_));
   check_laps(agent, std::hypot(after.x - agent.before.x, after.y - agent.before.y));
 }
 

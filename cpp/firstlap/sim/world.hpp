@@ -5,9 +5,11 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
+#include "firstlap/estimation/state_estimate.hpp"
 #include "firstlap/sim/car.hpp"
 #include "firstlap/sim/lap_meter.hpp"
 #include "firstlap/sim/progress.hpp"
@@ -75,7 +77,8 @@ class World {
   double lateral_speed(std::size_t i) const noexcept { return agents_[i]->vehicle.lateral_speed(); }  // [m/s]
   double forward_acceleration(std::size_t i) const noexcept { return agents_[i]->vehicle.forward_acceleration(); }
   double lateral_acceleration(std::size_t i) const noexcept { return agents_[i]->vehicle.lateral_acceleration(); }
-  VehicleState measured(std::size_t i) const noexcept { return agents_[i]->measured; }
+  VehicleState measured(std::size_t i) const noexcept { return agents_[i]->measured; }  // given to the driver
+  SensorReading reading(std::size_t i) const noexcept { return agents_[i]->reading; }   // of the car's sensors
   LaserScan scan(std::size_t i) const noexcept { return agents_[i]->lidar.view(agents_[i]->ranges); }
   const std::vector<Lap>& laps(std::size_t i) const noexcept { return agents_[i]->laps; }
   int contacts(std::size_t i) const noexcept { return agents_[i]->contacts; }       // since the last reset
@@ -97,15 +100,19 @@ class World {
     Pose2 start{}, before{};
     std::vector<float> ranges;
     std::vector<Lap> laps;
+    SensorReading reading{};
     VehicleState measured{};
+    std::optional<StateEstimate> estimate{};
+    DriveCommand last_command{};
     double silent = 0.0, clearance = 0.0;
     int next_beam = 0, contacts = 0;
     bool commanded = false, crashed = false, started = false;
-    double steering = 0.0;  // [rad] last command
   };
 
   void set_steps(double longest);
   void move(Agent& agent, int i);
+  static void restart_estimate(Agent& agent, const Car& car);
+  void measure(Agent& agent) const noexcept;
   void sweep(std::size_t index, int i);
   void check_laps(Agent& agent, double distance);
   void check_contact(std::size_t index);

@@ -246,6 +246,27 @@ TEST(Race, AMeasuredLatencyIsTheComputeTimeOfTheDriver) {
   EXPECT_EQ(other.result().skipped_scans, 0);
 }
 
+TEST(Race, TheDriverIsGivenTheMeasuredStateOrTheEstimate) {
+  const Track track = wavy_track(400, 1.2, 0.1);
+  Car car = default_car();
+  for (const bool enabled : {false, true}) {
+    car.state_estimate.enabled = enabled;
+    CenterDriver driver(3.0);
+    Race race(track, car, driver, {.laps = 1, .seed = 3});
+    StateEstimate estimate(car.state_estimate, model_of(car));
+    DriveCommand before{};
+    while (race.advance()) {
+      estimate.update(race.reading(), before, 1.0 / car.lidar.rate);
+      before = race.step_result().command;
+      const VehicleState expected = enabled ? estimate.estimate().state : as_measured(race.reading());
+      ASSERT_EQ(race.measured().speed, expected.speed);
+      ASSERT_EQ(race.measured().yaw_rate, expected.yaw_rate);
+      ASSERT_EQ(race.measured().steering_angle, expected.steering_angle);
+    }
+    EXPECT_EQ(race.result().outcome, Outcome::finished);
+  }
+}
+
 TEST(Race, StartsAnywhereAndCountsLapsFromThere) {
   const Track track = annulus(5.0, 1.0);
   FixedDriver driver({0.7, std::atan(0.33 / 5.0)});

@@ -6,33 +6,38 @@
 namespace firstlap::sim {
 namespace {
 
+constexpr SensorParams exact{
+    .speed_noise = 0, .yaw_rate_noise = 0, .steering_noise = 0, .acceleration_noise = 0, .vibration = 0};
+
 TEST(Sensors, WithoutErrorsMeasureTheTruth) {
-  Sensors sensors({.speed_noise = 0, .yaw_rate_noise = 0, .steering_noise = 0}, 1);
-  sensors.record(0.0, {1.0, 2.0, 0.3});
-  sensors.record(0.1, {1.5, 2.5, 0.4});
-  const VehicleState state = sensors.measure(0.1);
-  EXPECT_EQ(state.speed, 1.5);
-  EXPECT_EQ(state.yaw_rate, 2.5);
-  EXPECT_EQ(state.steering_angle, 0.4);
+  Sensors sensors(exact, 1);
+  sensors.record(0.0, {.state = {1.0, 2.0, 0.3}});
+  sensors.record(0.1, {.state = {1.5, 2.5, 0.4}, .acceleration = {3.0, -4.0}});
+  const SensorReading reading = sensors.read(0.1);
+  EXPECT_EQ(reading.wheel_speed, 1.5);
+  EXPECT_EQ(reading.yaw_rate, 2.5);
+  EXPECT_EQ(reading.steering_angle, 0.4);
+  EXPECT_DOUBLE_EQ(reading.acceleration_x, 3.0);
+  EXPECT_DOUBLE_EQ(reading.acceleration_y, -4.0);
 }
 
 TEST(Sensors, LatencyGivesAnEarlierState) {
   Sensors sensors({.speed_noise = 0, .yaw_rate_noise = 0, .steering_noise = 0, .latency = 0.02}, 1);
-  for (int i = 0; i < 2000; ++i) sensors.record(0.0025 * i, {0.0025 * i, 0.0, 0.0});
-  EXPECT_NEAR(sensors.measure(0.0025 * 1999).speed, 0.0025 * 1999 - 0.02, 1e-9);
+  for (int i = 0; i < 2000; ++i) sensors.record(0.0025 * i, {.state = {0.0025 * i, 0.0, 0.0}});
+  EXPECT_NEAR(sensors.read(0.0025 * 1999).wheel_speed, 0.0025 * 1999 - 0.02, 1e-9);
 }
 
 TEST(Sensors, HaveTheGivenScaleBiasAndNoise) {
   const SensorParams params{.speed_noise = 0.1, .speed_scale_error = 0.05, .yaw_rate_noise = 0.2, .yaw_rate_bias = 0.3};
   Sensors sensors(params, 9);
-  sensors.record(0.0, {4.0, 1.0, 0.1});
+  sensors.record(0.0, {.state = {4.0, 1.0, 0.1}});
   double speed = 0.0, squares = 0.0, yaw_rate = 0.0;
   constexpr int n = 100000;
   for (int i = 0; i < n; ++i) {
-    const VehicleState state = sensors.measure(0.0);
-    speed += state.speed;
-    squares += (state.speed - 4.2) * (state.speed - 4.2);
-    yaw_rate += state.yaw_rate;
+    const SensorReading reading = sensors.read(0.0);
+    speed += reading.wheel_speed;
+    squares += (reading.wheel_speed - 4.2) * (reading.wheel_speed - 4.2);
+    yaw_rate += reading.yaw_rate;
   }
   EXPECT_NEAR(speed / n, 4.2, 2e-3);
   EXPECT_NEAR(std::sqrt(squares / n), 0.1, 1e-3);
@@ -43,8 +48,8 @@ TEST(Sensors, SimulateTheFaultsOfOdometryNodes) {
   const auto measured = [](OdometryFault fault) {
     Sensors sensors(
         {.speed_noise = 0, .yaw_rate_noise = 0, .steering_noise = 0, .odometry_fault = static_cast<int>(fault)}, 1);
-    sensors.record(0.0, {2.0, 1.0, 0.3}, 2.0);
-    return sensors.measure(0.0);
+    sensors.record(0.0, {.state = {2.0, 1.0, 0.3}, .yaw = 2.0});
+    return as_measured(sensors.read(0.0));
   };
   EXPECT_EQ(measured(OdometryFault::none).speed, 2.0);
   EXPECT_EQ(measured(OdometryFault::negated).speed, -2.0);
@@ -55,6 +60,81 @@ TEST(Sensors, SimulateTheFaultsOfOdometryNodes) {
   EXPECT_EQ(measured(OdometryFault::stuck).speed, 0.0);
   EXPECT_EQ(measured(OdometryFault::stuck).yaw_rate, 0.0);
   EXPECT_EQ(measured(OdometryFault::stuck).steering_angle, 0.3);
+}
+
+TEST(Sensors, WheelsSlipInProportionToTheAcceleration) {
+  SensorParams params = exact;
+  params.wheel_slip = 0.03;
+  Sensors sensors(params, 1);
+  sensors.record(0.0, {.state = {4.0, 0.0, 0.0}, .acceleration = {5.0, 0.0}});
+  EXPECT_DOUBLE_EQ(sensors.read(0.0).wheel_speed, 4.0 * 1.15);
+  sensors.record(0.1, {.state = {4.0, 0.0, 0.0}, .acceleration = {-5.0, 0.0}});
+  EXPECT_DOUBLE_EQ(sensors.read(0.1).wheel_speed, 4.0 * 0.85);
+}
+
+TEST(Sensors, WheelsLockUnderHardBrakingAndSpinUpAgain) {
+  SensorParams params = exact;
+  params.wheel_lock_deceleration = 4.0;
+  params.wheel_lock_time = 0.05;
+  Sensors sensors(params, 1);
+  double time = 0.0;
+  const auto brake = [&](double deceleration, double seconds) {
+    for (const double end = time + seconds; time < end - 1e-9; time += 0.0025) {
+      sensors.record(time, {.state = {3.0, 0.0, 0.0}, .acceleration = {-deceleration, 0.0}});
+    }
+    return sensors.read(time).wheel_speed;
+  };
+  EXPECT_EQ(brake(3.9, 0.2), 3.0);
+  EXPECT_NEAR(brake(4.1, 0.05), 3.0 * std::exp(-1.0), 1e-9);
+  EXPECT_LT(brake(4.1, 0.5), 0.01);
+  EXPECT_NEAR(brake(0.0, 0.5), 3.0, 0.01);
+}
+
+TEST(Sensors, TheAccelerometerGivesTheMeanSinceTheLastReading) {
+  Sensors sensors(exact, 1);
+  for (int i = 0; i <= 10; ++i) sensors.record(0.01 * i, {.acceleration = {1.0, 0.0}});
+  EXPECT_NEAR(sensors.read(0.1).acceleration_x, 1.0, 1e-12);
+  for (int i = 11; i <= 20; ++i) sensors.record(0.01 * i, {.acceleration = {i <= 15 ? 2.0 : 6.0, -1.0}});
+  const SensorReading reading = sensors.read(0.2);
+  EXPECT_NEAR(reading.acceleration_x, 4.0, 1e-12);
+  EXPECT_NEAR(reading.acceleration_y, -1.0, 1e-12);
+}
+
+TEST(Sensors, TheAccelerometerHasBiasNoiseAndTheVibrationOfAMovingCar) {
+  SensorParams params = exact;
+  params.acceleration_noise = 0.05;
+  params.vibration = 0.4;
+  params.acceleration_x_bias = 0.3;
+  params.acceleration_y_bias = -0.2;
+  for (const double speed : {0.0, 2.0}) {
+    Sensors sensors(params, 9);
+    sensors.record(0.0, {.state = {speed, 0.0, 0.0}});
+    double x = 0.0, y = 0.0, squares = 0.0;
+    constexpr int n = 100000;
+    for (int i = 0; i < n; ++i) {
+      const SensorReading reading = sensors.read(0.0);
+      x += reading.acceleration_x;
+      y += reading.acceleration_y;
+      squares += (reading.acceleration_x - 0.3) * (reading.acceleration_x - 0.3);
+    }
+    EXPECT_NEAR(x / n, 0.3, 5e-3);
+    EXPECT_NEAR(y / n, -0.2, 5e-3);
+    EXPECT_NEAR(std::sqrt(squares / n), speed > 0.0 ? std::hypot(0.05, 0.4) : 0.05, 5e-3);
+  }
+}
+
+TEST(Sensors, AccelerometerNoiseChangesNoOtherReading) {
+  SensorParams loud{};
+  loud.acceleration_noise = 2.0;
+  loud.vibration = 3.0;
+  Sensors sensors({}, 4), others(loud, 4);
+  for (int i = 0; i < 100; ++i) {
+    for (Sensors* each : {&sensors, &others}) each->record(0.025 * i, {.state = {2.0, 1.0, 0.1}});
+    const VehicleState a = as_measured(sensors.read(0.025 * i)), b = as_measured(others.read(0.025 * i));
+    ASSERT_EQ(a.speed, b.speed);
+    ASSERT_EQ(a.yaw_rate, b.yaw_rate);
+    ASSERT_EQ(a.steering_angle, b.steering_angle);
+  }
 }
 
 }  // namespace

@@ -242,6 +242,19 @@ TEST(Vehicle, HalvingTheStepChangesLittle) {
   EXPECT_NEAR(coarse.pose().y, fine.pose().y, 2e-3);
 }
 
+// In a steady circle every point accelerates toward the center: a_x = -r u - x r^2, a_y = r v, x ahead of the rear
+// axle.
+TEST(Vehicle, AccelerationAheadOfTheRearAxleIncludesTheTurn) {
+  const Vehicle vehicle = driven(default_car(), {2.0, 0.2}, 6.0);
+  const VehicleState state = vehicle.state();
+  const double r = state.yaw_rate;
+  for (const double x : {0.0, 0.171, 0.4}) {
+    const Point2 acceleration = vehicle.acceleration_at(x);
+    EXPECT_NEAR(acceleration.x, -r * vehicle.lateral_speed() - x * r * r, 0.02);
+    EXPECT_NEAR(acceleration.y, r * state.speed, 0.02);
+  }
+}
+
 TEST(Vehicle, RejectsAxlesThatContradictTheWheelbase) {
   Car car = default_car();
   car.vehicle.l_f = 0.3;

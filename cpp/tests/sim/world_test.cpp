@@ -171,6 +171,20 @@ TEST(World, FrictionChangesUnderTheMovingCar) {
   EXPECT_EQ(lap_of(0.3), 1);
 }
 
+TEST(World, DriversAreGivenTheEstimateWhereTheCarHasOne) {
+  const Track track = annulus(10.0, 1.5);
+  Car car = default_car();
+  World world(track, car, {}, 1);
+  world.advance();
+  EXPECT_EQ(world.measured(0).speed, world.reading(0).wheel_speed);
+  car.state_estimate.enabled = true;
+  world.change(car, 1.0);
+  world.advance();
+  EXPECT_NE(world.measured(0).speed, world.reading(0).wheel_speed);
+  car.state_estimate.speed_sigma = -1.0;
+  EXPECT_THROW(world.change(car, 1.0), std::invalid_argument);
+}
+
 TEST(World, ChangedSensorsAndLidarApplyToTheNextScan) {
   const Track track = annulus(10.0, 1.5);
   World world(track, quiet(default_car()), {}, 1);

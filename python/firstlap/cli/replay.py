@@ -70,6 +70,9 @@ def replay(
     laser: LaserOption = None,
     car: CarOfRecording = None,
     keep_body: KeepBody = False,
+    estimate: Annotated[
+        bool, typer.Option("--estimate", help="Estimate the state from wheel speed, IMU and steering angle.")
+    ] = False,
     as_json: JsonOption = False,
 ) -> int:
     """Run the planner on a recording: what would it have commanded?"""
@@ -94,7 +97,14 @@ def replay(
     with scans_bar() as bar:
         on_progress = scan_progress(bar, "replaying", len(loaded) * (1 if other is None else 2))
         found = run_replay(
-            loaded, chosen, loaded_car, against=other, mask_body=not keep_body, on_progress=on_progress, record=record
+            loaded,
+            chosen,
+            loaded_car,
+            against=other,
+            mask_body=not keep_body,
+            estimated=estimate,
+            on_progress=on_progress,
+            record=record,
         )
     found = replace(found, reading=reading, remarks=(*remarks, *found.remarks))
     on_map = compare_with_map(loaded, chosen, loaded_car, map_path, not keep_body) if map_path else None

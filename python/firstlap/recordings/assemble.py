@@ -103,6 +103,7 @@ class _Assembly:
             frame=self.frame if poses is not None else "",
             laser=mounting.mount,
             lateral_speed=None if held.lateral is None else held.lateral.at(times)[:, 0],
+            acceleration=None if held.acceleration is None else held.acceleration.at(times),
             remarks=tuple(self.remarks),
             topics=self.roles.names(),
             about=about,
@@ -185,6 +186,7 @@ class _Assembly:
             twist=None if moving is None else Series(moving.name, moving.times, moving.values[:, :2]),
             lateral=None if moving is None else Series(moving.name, moving.times, moving.values[:, 2:]),
             turning=over_time(roles.imu, lambda m: (m.angular_velocity.z,)),
+            acceleration=over_time(roles.imu, _acceleration_of),
             commands=commands,
             steering=over_time(roles.steering, lambda m: (m.position[0],)),
             poses=poses if moved else None,
@@ -245,6 +247,13 @@ def _twist_of(message: Any) -> tuple[float, float, float]:
     twist = message.twist.twist
     left = twist.linear.y
     return twist.linear.x, twist.angular.z, left if math.isfinite(left) else 0.0
+
+
+def _acceleration_of(message: Any) -> tuple[float, float]:
+    """Acceleration [m/s^2], forward and left; NaN if the IMU reports none in its covariance (REP 145)."""
+    if message.linear_acceleration_covariance[0] == -1.0:
+        return math.nan, math.nan
+    return message.linear_acceleration.x, message.linear_acceleration.y
 
 
 def _command_of(message: Any) -> tuple[float, float]:

@@ -44,7 +44,8 @@ class Series:
 class Sources:
     """The topics of a recording; each may be missing.
 
-    twist: speed, yaw rate. lateral: speed to the left. turning: yaw rate of an IMU.
+    twist: speed, yaw rate. lateral: speed to the left. turning: yaw rate of an IMU. acceleration: of the IMU, forward
+    and left.
     commands: speed, steering angle. steering: steering angle.
     poses: x, y, yaw (unwrapped). imu_first: the IMU's yaw rate has priority.
     """
@@ -52,6 +53,7 @@ class Sources:
     twist: Series | None = None
     lateral: Series | None = None
     turning: Series | None = None
+    acceleration: Series | None = None
     commands: Series | None = None
     steering: Series | None = None
     poses: Series | None = None

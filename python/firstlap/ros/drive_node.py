@@ -70,7 +70,7 @@ class DriveNode(LifecycleNode):
             raise InputError(str(error)) from None
         self.health = Health(self)
         self.frames = Frames()
-        self.state = StateSource(self)
+        self.state = StateSource(self, self.driving)
         self.deadman = DeadMan()
         self.watchdog = Watchdog({})
         self.watch = OdometryWatch()
@@ -139,7 +139,7 @@ class DriveNode(LifecycleNode):
     def on_parameters(self, parameters: list[Any]) -> Any:
         """Parameter callback: accepts all new values, or none with the reason."""
         known = {field.key for field in self.driving.fields}
-        if any(parameter.name.startswith("state_estimate.") for parameter in parameters):
+        if any(parameter.name.startswith(("state_estimate.", "car.")) for parameter in parameters):
             self._soon(self.state.set_estimate)
         values = {parameter.name: parameter.value for parameter in parameters if parameter.name in known}
         try:
@@ -435,7 +435,7 @@ class DriveNode(LifecycleNode):
     def on_steering(self, message: Any) -> None:
         """Takes the steering angle."""
         if self._take("steering", message, self.state.steering_reason(message)):
-            self.state.add_steering(message)
+            self.state.add_steering(seconds(message.header.stamp), message)
 
     def _mount_reason(self) -> str:
         """Why the LiDAR mounting is unknown; empty if it is known."""
@@ -523,13 +523,13 @@ class DriveNode(LifecycleNode):
         else:
             message.header.stamp = stamp
         message.drive.speed, message.drive.steering_angle = speed, steering_angle
-        self.state.add_command(steering_angle)
+        self.state.add_command(speed, steering_angle)
         self.watch.add_command(self.now(), speed)
         self.drive.publish(message)
 
     def publish_stop(self) -> None:
         """Publishes speed 0 with the last steering angle, so that the car stays on its path."""
-        self.publish_drive(0.0, self.state.commanded)
+        self.publish_drive(0.0, self.state.commanded[1])
 
 
 def _is_deadman_stop(reason: str) -> bool:

@@ -51,7 +51,6 @@ DRIVE = (
     Entry("base_frame", "base_link", "middle of the rear axle", fixed=True),
     Entry("laser_from_tf", True, "LiDAR mounting from TF; false: from car.laser_x, car.laser_y and laser_yaw"),
     Entry("laser_yaw", 0.0, "[rad] mounting yaw of the LiDAR if laser_from_tf is false", -3.2, 3.2),
-    Entry("fuse_state", False, "fuse wheel speed, yaw rate and steering angle, for poor odometry", fixed=True),
     Entry("check_odometry", True, "odometry that contradicts scans, poses or commands stops the car", fixed=True),
     Entry("speed_limit", 1.5, "[m/s] upper limit of all speed commands", 0.0, 20.0),
     Entry(

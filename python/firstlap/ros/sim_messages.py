@@ -56,15 +56,14 @@ def odometry(stamp: float, frame: str, child: str, pose: Any, motion: tuple[floa
     return message
 
 
-def imu(stamp: float, frame: str, yaw_rate: float, truth: dict[str, float]) -> Imu:
-    """Measured yaw rate, true accelerations of the center of gravity, no orientation."""
+def imu(stamp: float, frame: str, yaw_rate: float, acceleration: tuple[float, float]) -> Imu:
+    """Measured yaw rate [rad/s] and acceleration [m/s^2], forward and left; no orientation."""
     message = Imu()
     set_stamp(message.header.stamp, stamp)
     message.header.frame_id = frame
     message.orientation_covariance[0] = -1.0
     message.angular_velocity.z = yaw_rate
-    message.linear_acceleration.x = truth["forward_acceleration"]
-    message.linear_acceleration.y = truth["lateral_acceleration"]
+    message.linear_acceleration.x, message.linear_acceleration.y = acceleration
     message.linear_acceleration.z = GRAVITY
     return message
 

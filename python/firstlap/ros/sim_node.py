@@ -249,7 +249,9 @@ class SimNode(Node):
             wires.odom.publish(odometry)
         if wires.imu.get_subscription_count() and not self._chance("drop_imu"):
             lost = float("nan") if value_of(self, "nan_imu") else 0.0
-            wires.imu.publish(make.imu(stamp, names.base_frame, yaw_rate + lost, truth))
+            reading = self.world.reading(index)
+            acceleration = (reading.acceleration_x, reading.acceleration_y)
+            wires.imu.publish(make.imu(stamp, names.base_frame, reading.yaw_rate + lost, acceleration))
         if wires.joints.get_subscription_count() and not self._chance("drop_steering"):
             wires.joints.publish(make.joints(stamp, steering_angle))
         if value_of(self, "ground_truth") and wires.truth.get_subscription_count():

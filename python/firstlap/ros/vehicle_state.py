@@ -6,46 +6,68 @@ import math
 from typing import Any
 
 from firstlap import _core
+from firstlap.config.car_file import car_section
 from firstlap.config.parameters import FieldTable
+from firstlap.drivers.driving import Driving
 from firstlap.ros.node_parameters import value_of
 
 ESTIMATE_FIELDS = FieldTable(_core.StateEstimateParams.fields())
 MAX_PLAUSIBLE_SPEED = 50.0
 """[m/s] Higher measured speeds are invalid."""
+NO_ACCELEROMETER = -1.0
+"""First element of the covariance of a quantity that an IMU does not measure (REP 145)."""
+
+
+def reading(
+    wheel_speed: float = math.nan,
+    yaw_rate: float = math.nan,
+    steering_angle: float = math.nan,
+    acceleration: tuple[float, float] = (math.nan, math.nan),
+) -> _core.SensorReading:
+    """The measurements of one message; NaN: not measured."""
+    return _core.SensorReading(wheel_speed, yaw_rate, steering_angle, *acceleration)
 
 
 class StateSource:
-    """The newest values of all sources, or with `fuse_state` the core's fused estimate.
+    """The newest values of all sources, or with `state_estimate.enabled` the core's state estimate.
 
-    commanded: last commanded steering angle [rad].
+    commanded: last commanded speed [m/s] and steering angle [rad].
 
     Each `*_reason` returns why a message must not be used; empty if it may.
     """
 
-    def __init__(self, node: Any) -> None:
-        self._node = node
+    def __init__(self, node: Any, driving: Driving) -> None:
+        self._node, self._driving = node, driving
         self.speed = self.yaw_rate = 0.0
         self.steering: float | None = None
         self._imu = bool(value_of(node, "imu_topic"))
-        self.commanded = 0.0
+        self.commanded = (0.0, 0.0)
         self._time: float | None = None
         self._estimate: _core.StateEstimate | None = None
         self.set_estimate()
 
     def set_estimate(self) -> None:
-        """Creates the estimate with the current parameters."""
-        if value_of(self._node, "fuse_state"):
-            params = _core.StateEstimateParams()
-            for field in ESTIMATE_FIELDS.fields:
-                params.set(field.section, field.name, value_of(self._node, field.key))
-            self._estimate = _core.StateEstimate(params)
+        """Creates the estimate with the current parameters, or none if it is off."""
+        params = _core.StateEstimateParams()
+        for field in ESTIMATE_FIELDS.fields:
+            params.set(field.section, field.name, value_of(self._node, field.key))
+        enabled = value_of(self._node, "state_estimate.enabled")
+        self._estimate = _core.StateEstimate(params, self._car()) if enabled else None
 
-    def _predict(self, time: float) -> None:
-        """Predicts to the time of a measurement; an older one than the last counts as simultaneous."""
+    def _car(self) -> _core.Car:
+        """The car as configured for its driver."""
+        core = _core.Car()
+        for field in self._driving.fields:
+            if field.section == "car":
+                core.set(car_section(field.name), field.name, self._driving.setup.get(field.key))
+        return core
+
+    def _update(self, time: float, measured: _core.SensorReading) -> None:
+        """Updates at the time of a measurement; an older one than the last counts as simultaneous."""
         if self._estimate:
-            if self._time is not None and time > self._time:
-                self._estimate.predict(self.commanded, time - self._time)
+            step = 0.0 if self._time is None else max(time - self._time, 0.0)
             self._time = max(time, self._time or time)
+            self._estimate.update(measured, *self.commanded, step)
 
     def odometry_reason(self, twist: Any) -> str:
         """Checks a geometry_msgs/Twist in the car's frame."""
@@ -57,13 +79,11 @@ class StateSource:
     def add_odometry(self, time: float, twist: Any) -> None:
         """Adds valid odometry."""
         self.speed = twist.linear.x
-        if not self._imu:
+        if self._imu:
+            self._update(time, reading(self.speed))
+        else:
             self.yaw_rate = twist.angular.z
-        if self._estimate:
-            self._predict(time)
-            self._estimate.measure_speed(self.speed)
-            if not self._imu:
-                self._estimate.measure_yaw_rate(self.yaw_rate)
+            self._update(time, reading(self.speed, self.yaw_rate))
 
     def imu_reason(self, message: Any) -> str:
         """Checks a sensor_msgs/Imu."""
@@ -72,9 +92,11 @@ class StateSource:
     def add_imu(self, time: float, message: Any) -> None:
         """Adds a valid IMU message."""
         self.yaw_rate = message.angular_velocity.z
-        if self._estimate:
-            self._predict(time)
-            self._estimate.measure_yaw_rate(self.yaw_rate)
+        measured = message.linear_acceleration
+        if message.linear_acceleration_covariance[0] == NO_ACCELEROMETER:
+            self._update(time, reading(yaw_rate=self.yaw_rate))
+        else:
+            self._update(time, reading(yaw_rate=self.yaw_rate, acceleration=(measured.x, measured.y)))
 
     def _joint(self, message: Any) -> float | None:
         joint = value_of(self._node, "steering_joint")
@@ -90,19 +112,19 @@ class StateSource:
             return f"no joint {value_of(self._node, 'steering_joint')}"
         return "" if math.isfinite(angle) else "not finite"
 
-    def add_steering(self, message: Any) -> None:
+    def add_steering(self, time: float, message: Any) -> None:
         """Adds a valid steering angle."""
         self.steering = self._joint(message)
-        if self._estimate and self.steering is not None:
-            self._estimate.measure_steering(self.steering)
+        if self.steering is not None:
+            self._update(time, reading(steering_angle=self.steering))
 
-    def add_command(self, steering_angle: float) -> None:
-        """Adds a commanded steering angle [rad]."""
-        self.commanded = steering_angle
+    def add_command(self, speed: float, steering_angle: float) -> None:
+        """Adds a commanded speed [m/s] and steering angle [rad]."""
+        self.commanded = (speed, steering_angle)
 
     def now(self) -> tuple[float, float, float]:
         """Speed [m/s], yaw rate [rad/s] and steering angle [rad]; without a measured angle, the last commanded one."""
         if self._estimate:
-            speed, yaw_rate, steering_angle = self._estimate.state()
-            return speed, yaw_rate, steering_angle
-        return self.speed, self.yaw_rate, self.commanded if self.steering is None else self.steering
+            found = self._estimate.estimate()
+            return found.speed, found.yaw_rate, found.steering_angle
+        return self.speed, self.yaw_rate, self.commanded[1] if self.steering is None else self.steering

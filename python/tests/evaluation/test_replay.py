@@ -354,3 +354,32 @@ def test_names_that_are_no_utf8_are_drawn_and_logged_with_question_marks(tmp_pat
     oval = load_track("oval")
     race(replace(oval, name=name.stem), "base", laps=1).plot(tmp_path / "c.png")
     assert all((tmp_path / picture).read_bytes().startswith(PNG) for picture in ("a.png", "b.png", "c.png"))
+
+
+def with_imu(folder: Path, acceleration: tuple[float, float] | None) -> Recording:
+    """The corridor with a wheel speed of 2 m/s and an IMU whose gyro has a bias."""
+    messages = [
+        bags.Entry("/imu", bags.IMU, bags.nanoseconds(i), bags.imu(bags.nanoseconds(i), 0.04, acceleration))
+        for i in range(60)
+    ]
+    return load_recording(bags.write_rosbag2(folder / "a", bags.entries() + messages), Topics(imu="/imu"))
+
+
+def test_the_estimate_replaces_the_recorded_state(tmp_path):
+    recording = with_imu(tmp_path, (0.0, 0.0))
+    assert recording.acceleration is not None and recording.acceleration.shape == (60, 2)
+    found = drive(recording, estimated=True)
+    assert found.recording.sources["speed"] == "state estimate"
+    assert np.abs(found.recording.speed - bags.SPEED)[20:].max() < 0.05
+    assert not np.array_equal(found.recording.states, recording.states)
+    assert not np.array_equal(found.driven.steering_angle, drive(recording).driven.steering_angle)
+
+
+def test_an_imu_without_an_accelerometer_has_no_acceleration(tmp_path):
+    assert with_imu(tmp_path, None).acceleration is None
+
+
+def test_without_wheel_speed_there_is_nothing_to_estimate(tmp_path):
+    path = bags.write_rosbag2(tmp_path / "a", bags.entries(odom=False))
+    with pytest.raises(InputError, match="no wheel speed to estimate the state from: its speed is from commands"):
+        drive(load_recording(path), estimated=True)

@@ -15,7 +15,7 @@ pytestmark = pytest.mark.dds
 
 ARGUMENTS = (
     *("deadman_topic:=deadman", "deadman_timeout:=0.2", "imu_topic:=sensors/imu/raw", "steering_topic:=joint_states"),
-    *("fuse_state:=true", "state_estimate.speed_sigma:=0.3", "state_estimate.yaw_rate_sigma:=0.3"),
+    *("state_estimate.enabled:=true", "state_estimate.speed_sigma:=0.3", "state_estimate.yaw_rate_sigma:=0.3"),
     *("speed_limit:=3.0",),
 )
 

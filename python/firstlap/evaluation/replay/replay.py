@@ -22,6 +22,7 @@ from firstlap.config.car_file import Car
 from firstlap.config.driver_kind import Handle, Preparation, driver_kind
 from firstlap.config.setup_file import LOCAL, Setup
 from firstlap.evaluation.replay.continuity import BIG_JUMP, Continuity
+from firstlap.evaluation.replay.estimated import with_estimate
 from firstlap.mapping.contradictions import contradictions
 from firstlap.recordings.body import BodyMask, find_body
 from firstlap.recordings.laser import car_of
@@ -145,17 +146,20 @@ def replay(
     *,
     against: Setup | None = None,
     mask_body: bool = True,
+    estimated: bool = False,
     on_progress: Callable[[int], object] | None = None,
     record: str | Path | None = None,
 ) -> Replay:
     """Runs `setup`, and `against`, on the recording.
 
     mask_body: mask returns from the car itself that the default mask misses, unless the setup sets its mask.
-    on_progress: called with the number of scans done, of both setups. record: an .mcap file for a log of `setup`.
-    Raises InputError.
+    estimated: the driver is given the state estimate, with the car's `state_estimate`. on_progress: called with the
+    number of scans done, of both setups. record: an .mcap file for a log of `setup`. Raises InputError.
     """
     begin = time.perf_counter()
     car = car_of(recording, car)
+    if estimated:
+        recording = with_estimate(recording, car)
     setup, body, remarks = prepared(recording, setup, mask_body)
     with log_of(recording, setup, car, record) if record is not None else nullcontext() as log:
         driven = _drive(recording, setup, car, on_progress, log)

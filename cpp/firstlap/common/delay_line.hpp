@@ -4,7 +4,7 @@
 #include <array>
 #include <cstddef>
 
-namespace firstlap::sim {
+namespace firstlap {
 
 class DelayLine {
  public:
@@ -39,4 +39,4 @@ class DelayLine {
   double current_ = 0.0;
 };
 
-}  // namespace firstlap::sim
+}  // namespace firstlap
