@@ -64,6 +64,7 @@ pictures: .venv/.built .venv/.dev ## redraw the pictures of README and gallery
 	@$(firstlap) race arena --setup race --laps 3 --plot docs/arena.png
 	@$(firstlap) explain hairpins --at 20 --plot docs/step.png
 	@$(python) scripts/perception_pictures.py docs
+	@$(python) scripts/estimation_page.py docs
 	@$(python) scripts/gallery.py
 	@$(python) scripts/pit_wall_pictures.py docs
 

@@ -16,6 +16,7 @@ from firstlap.cli import (
     check,
     compare,
     drive,
+    estimation,
     explain,
     latency,
     line,
@@ -61,6 +62,7 @@ app.command("race")(race.race)
 app.command("survey")(survey.survey)
 app.command("compare")(compare.compare)
 app.command("perception")(perception.perception)
+app.command("estimation")(estimation.estimation)
 app.command("robustness")(robustness.robustness)
 app.command("ablation")(ablation.ablation)
 app.command("tune")(tune.tune)

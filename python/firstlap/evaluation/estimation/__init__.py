@@ -1,0 +1,1 @@
+"""Errors of the state estimate, by simulated sensor errors."""
