@@ -32,7 +32,7 @@ TRACES: dict[str, set[str]] = {
 }
 PARTS: dict[str, dict[str, set[str]]] = {
     "local": {
-        "sections": {"first", "last", "nearest", "length", "status"},
+        "sections": {"first", "last", "nearest", "length", "angle", "status"},
         "left": WALL,
         "right": WALL,
         "line": {"points", "width", "support", "right", "left", "nearest", "ahead", "end"},

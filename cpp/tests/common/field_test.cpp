@@ -46,26 +46,26 @@ std::vector<std::string> names() {
   return result;
 }
 
-TEST(Column, PartsAreExpandedInTheTableOfTheirStruct) {
+TEST(Column, parts_are_expanded_in_the_table_of_their_struct) {
   EXPECT_EQ(names<Found>(), (std::vector<std::string>{"time", "x", "y", "distance"}));
   EXPECT_EQ(column_count<Found>, 4U);
   EXPECT_EQ(names<Seen>(), (std::vector<std::string>{"time", "x", "y", "distance", "x", "y"}));
 }
 
-TEST(Column, ReadsMembersOfPartsAndFunctions) {
+TEST(Column, reads_members_of_parts_and_functions) {
   const Found found;
   const auto columns = flat_columns<Found>();
   EXPECT_EQ(std::invoke(std::get<2>(columns).get, found), 2.0);
   EXPECT_EQ(std::invoke(std::get<3>(columns).get, found), 3.0);
 }
 
-TEST(Column, SetsAMemberOfAPart) {
+TEST(Column, sets_a_member_of_a_part) {
   Found found;
   std::invoke(std::get<1>(flat_columns<Found>()).get, found) = 7.0;
   EXPECT_EQ(found.place.x, 7.0);
 }
 
-TEST(Column, APartThatIsASequenceGivesOneColumnPerMember) {
+TEST(Column, a_part_that_is_a_sequence_gives_one_column_per_member) {
   const Seen seen;
   const auto column = std::invoke(std::get<5>(flat_columns<Seen>()).get, seen);
   std::vector<double> values;

@@ -6,7 +6,7 @@
 namespace firstlap::sim {
 namespace {
 
-TEST(Rng, GivesTheSameNumbersEverywhere) {
+TEST(Rng, gives_the_same_numbers_everywhere) {
   Rng rng(1);
   const std::uint64_t first = rng.next();
   EXPECT_EQ(first, Rng(1).next());
@@ -18,7 +18,7 @@ TEST(Rng, GivesTheSameNumbersEverywhere) {
   EXPECT_NEAR(sum, -29.528116553638302, 1e-10);
 }
 
-TEST(Rng, UniformFillsTheUnitInterval) {
+TEST(Rng, uniform_fills_the_unit_interval) {
   Rng rng(7);
   double sum = 0.0, low = 1.0, high = 0.0;
   for (int i = 0; i < 1000000; ++i) {
@@ -32,7 +32,7 @@ TEST(Rng, UniformFillsTheUnitInterval) {
   EXPECT_LT(high, 1.0);
 }
 
-TEST(Rng, GaussianHasNormalMomentsAndTails) {
+TEST(Rng, gaussian_has_normal_moments_and_tails) {
   Rng rng(8);
   constexpr int n = 4000000;
   double m1 = 0.0, m2 = 0.0, m3 = 0.0, m4 = 0.0;

@@ -10,7 +10,7 @@ namespace {
 
 constexpr VehicleState slow{1.0, 0.0, 0.0};
 
-TEST(EstimateWall, IsExactForAStraightWall) {
+TEST(EstimateWall, is_exact_for_a_straight_wall) {
   const CenterParams p;
   for (const double yaw : {-0.3, 0.0, 0.2}) {
     const double distance = 0.9;  // a wall on the left that diverges by `yaw`
@@ -22,7 +22,7 @@ TEST(EstimateWall, IsExactForAStraightWall) {
   }
 }
 
-TEST(CenterPid, TheErrorInACorridorIsTheOffsetFromItsCenterAtThePreview) {
+TEST(CenterPid, the_error_in_a_corridor_is_the_offset_from_its_center_at_the_preview) {
   CenterPid driver(CenterPidParams{});
   const scene::Scene corridor = scene::Course{}.straight(30).walls(2.4);
   driver.step(corridor.scan({8, 0.3, 0.0}).view(), slow, 0.025);
@@ -32,7 +32,7 @@ TEST(CenterPid, TheErrorInACorridorIsTheOffsetFromItsCenterAtThePreview) {
   EXPECT_NEAR(driver.trace().error, -ahead * std::sin(0.1), 0.01);
 }
 
-TEST(CenterPid, TheTermsAreThoseOfAPidController) {
+TEST(CenterPid, the_terms_are_those_of_a_pid_controller) {
   CenterPidParams params;
   params.center.k_i = 0.5;
   params.center.derivative_time = 0.0;
@@ -48,7 +48,7 @@ TEST(CenterPid, TheTermsAreThoseOfAPidController) {
   EXPECT_NEAR(t.d_term, params.center.k_d * (t.error - first) / 0.02, 1e-9);
 }
 
-TEST(CenterPid, AnOpeningOnOneSideIsLimitedToSideRange) {
+TEST(CenterPid, an_opening_on_one_side_is_limited_to_side_range) {
   CenterPidParams params;
   params.center.side_range = 1.5;
   CenterPid driver(params);
@@ -59,7 +59,7 @@ TEST(CenterPid, AnOpeningOnOneSideIsLimitedToSideRange) {
   EXPECT_NEAR(driver.trace().error, 0.25, 0.01);
 }
 
-TEST(CenterPid, PreviewGrowsWithSpeed) {
+TEST(CenterPid, preview_grows_with_speed) {
   CenterPidParams params;
   params.center.preview = 0.5;
   params.center.preview_time = 0.2;
@@ -69,7 +69,7 @@ TEST(CenterPid, PreviewGrowsWithSpeed) {
   EXPECT_NEAR(driver.trace().preview, 1.1, 1e-12);
 }
 
-TEST(CenterPid, ReturnsToTheCenterOfACorridor) {
+TEST(CenterPid, returns_to_the_center_of_a_corridor) {
   CenterPid driver(CenterPidParams{});
   const scene::Scene corridor = scene::Course{}.straight(40).walls(2.0);
   Pose2 car{2.0, 0.5, 0.0};

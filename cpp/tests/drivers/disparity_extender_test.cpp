@@ -19,7 +19,7 @@ scene::Scene screen(double y) {
   return hall;
 }
 
-TEST(DisparityExtender, ADisparityIsExtendedOverHalfTheCarAndTheTolerance) {
+TEST(DisparityExtender, a_disparity_is_extended_over_half_the_car_and_the_tolerance) {
   DisparityExtenderParams params;
   DisparityExtender driver(params);
   driver.step(screen(0.0).scan({0, 0, 0}).view(), slow, 0.025);
@@ -33,14 +33,14 @@ TEST(DisparityExtender, ADisparityIsExtendedOverHalfTheCarAndTheTolerance) {
   EXPECT_NEAR(covered, expected, 2.0 * trace.beam_step);
 }
 
-TEST(DisparityExtender, RangesShorterThanTheDisparityStay) {
+TEST(DisparityExtender, ranges_shorter_than_the_disparity_stay) {
   DisparityExtender driver(DisparityExtenderParams{});
   driver.step(screen(0.0).scan({0, 0, 0}).view(), slow, 0.025);
   for (std::size_t i = 0; i < driver.trace().extended.size(); ++i)
     EXPECT_LE(driver.trace().extended[i], driver.trace().ranges[i]);
 }
 
-TEST(DisparityExtender, AimsAtTheMiddleOfTheFarthestBlock) {
+TEST(DisparityExtender, aims_at_the_middle_of_the_farthest_block) {
   DisparityExtenderParams params;
   params.scan.range_use = 6.0;
   DisparityExtender driver(params);
@@ -56,7 +56,7 @@ TEST(DisparityExtender, AimsAtTheMiddleOfTheFarthestBlock) {
   EXPECT_NEAR(t.aim_free, 6.0, 0.2);
 }
 
-TEST(DisparityExtender, DoesNotTurnTowardASideWithoutClearance) {
+TEST(DisparityExtender, does_not_turn_toward_a_side_without_clearance) {
   DisparityExtenderParams params;
   params.disparity.side_clearance = 0.2;
   params.disparity.tolerance = 0.0;
@@ -76,7 +76,7 @@ TEST(DisparityExtender, DoesNotTurnTowardASideWithoutClearance) {
   EXPECT_GT(driver.step(corner(0.3).view(), slow, 0.025).command.steering_angle, 0.0);
 }
 
-TEST(DisparityExtender, TheSpeedDependsOnTheFreeDistance) {
+TEST(DisparityExtender, the_speed_depends_on_the_free_distance) {
   DisparityExtenderParams params;
   params.speed.delta_v_min = -10.0;
   params.speed.delta_v_max = 10.0;

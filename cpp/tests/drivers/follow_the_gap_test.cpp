@@ -19,7 +19,7 @@ scene::Scene opening(double y, double width) {
   return hall;
 }
 
-TEST(FollowTheGap, AimsAtTheMiddleOfTheOnlyGap) {
+TEST(FollowTheGap, aims_at_the_middle_of_the_only_gap) {
   FollowTheGapParams params;
   params.gap.free_distance = 5.0;
   params.gap.center_weight = 1.0;
@@ -30,7 +30,7 @@ TEST(FollowTheGap, AimsAtTheMiddleOfTheOnlyGap) {
   EXPECT_GT(driver.trace().aim_free, 5.0);
 }
 
-TEST(FollowTheGap, AGapTooNarrowForTheCarIsNotFree) {
+TEST(FollowTheGap, a_gap_too_narrow_for_the_car_is_not_free) {
   FollowTheGapParams params;
   params.gap.free_distance = 5.0;
   params.gap.body_margin = 0.05;
@@ -44,7 +44,7 @@ TEST(FollowTheGap, AGapTooNarrowForTheCarIsNotFree) {
   EXPECT_NEAR(driver.trace().aim, 0.0, 0.02);
 }
 
-TEST(FollowTheGap, FreeDistanceIsThatOfADiscOfTheCarsWidth) {
+TEST(FollowTheGap, free_distance_is_that_of_a_disc_of_the_cars_width) {
   FollowTheGapParams params;
   params.gap.bubble_radius = 0.0;
   FollowTheGap driver(params);
@@ -60,7 +60,7 @@ TEST(FollowTheGap, FreeDistanceIsThatOfADiscOfTheCarsWidth) {
   EXPECT_NEAR(free[k], expected / std::cos(angle), 5e-3);
 }
 
-TEST(FollowTheGap, NothingWithinTheBubbleOfTheNearestReturnIsFree) {
+TEST(FollowTheGap, nothing_within_the_bubble_of_the_nearest_return_is_free) {
   FollowTheGapParams params;
   params.gap.bubble_radius = 0.5;
   FollowTheGap driver(params);
@@ -76,7 +76,7 @@ TEST(FollowTheGap, NothingWithinTheBubbleOfTheNearestReturnIsFree) {
 }
 
 // A post is where the wanted arc would sweep it: another arc is chosen.
-TEST(FollowTheGap, ChoosesAnArcThatTheBodyCanSweep) {
+TEST(FollowTheGap, chooses_an_arc_that_the_body_can_sweep) {
   FollowTheGapParams params;
   params.steering.steering_gain = 2.0;
   params.gap.free_distance = 5.0;
@@ -95,7 +95,7 @@ TEST(FollowTheGap, ChoosesAnArcThatTheBodyCanSweep) {
   EXPECT_LT(blind.trace().arc_free, 0.5);
 }
 
-TEST(FollowTheGap, OfTwoEqualGapsTheStraighterOneIsChosen) {
+TEST(FollowTheGap, of_two_equal_gaps_the_straighter_one_is_chosen) {
   FollowTheGapParams params;
   params.gap.free_distance = 4.5;
   params.gap.run_power = 0.0;

@@ -28,7 +28,7 @@ TYPED_TEST_SUITE(OpponentLaws, Opponents);
 
 Course winding() { return Course{}.straight(4).turn(1.5, 1.4).straight(3).turn(2.0, -2.0).straight(6); }
 
-TYPED_TEST(OpponentLaws, AnyScanGivesAFiniteCommandWithinLimits) {
+TYPED_TEST(OpponentLaws, any_scan_gives_a_finite_command_within_limits) {
   const std::uint64_t seed = scene::seed_or(3);
   scene::RandomInputs random(seed);
   const auto& params = this->driver.params();
@@ -43,7 +43,7 @@ TYPED_TEST(OpponentLaws, AnyScanGivesAFiniteCommandWithinLimits) {
   }
 }
 
-TYPED_TEST(OpponentLaws, AThousandStepsAllocateNothing) {
+TYPED_TEST(OpponentLaws, a_thousand_steps_allocate_nothing) {
   scene::RandomInputs random(scene::seed_or(4));
   std::vector<scene::Scan> scans;
   std::vector<VehicleState> states;
@@ -66,7 +66,7 @@ TYPED_TEST(OpponentLaws, AThousandStepsAllocateNothing) {
 }
 
 // Deskewing depends on the scan period, not on the interval to the previous scan.
-TYPED_TEST(OpponentLaws, AnEarlyScanAndOneAfterALostScanAreDeskewedLikeTheOthers) {
+TYPED_TEST(OpponentLaws, an_early_scan_and_one_after_a_lost_scan_are_deskewed_like_the_others) {
   constexpr double period = 0.1;
   struct Case {
     double sweep, dt;  // [s]
@@ -88,7 +88,7 @@ TYPED_TEST(OpponentLaws, AnEarlyScanAndOneAfterALostScanAreDeskewedLikeTheOthers
   }
 }
 
-TYPED_TEST(OpponentLaws, AMirroredScanMirrorsTheSteeringAndKeepsTheSpeed) {
+TYPED_TEST(OpponentLaws, a_mirrored_scan_mirrors_the_steering_and_keeps_the_speed) {
   const Course course = winding();
   const Scene track = course.walls(2.0);
   TypeParam other(this->driver.params());
@@ -103,7 +103,7 @@ TYPED_TEST(OpponentLaws, AMirroredScanMirrorsTheSteeringAndKeepsTheSpeed) {
   }
 }
 
-TYPED_TEST(OpponentLaws, WithoutDataTheCarStopsAndTheStatusTellsWhy) {
+TYPED_TEST(OpponentLaws, without_data_the_car_stops_and_the_status_tells_why) {
   const scene::Scan empty{.ranges = {}};
   EXPECT_EQ(this->driver.step(empty.view(), {3.0, 0.0, 0.0}, 0.025).command.speed, 0.0);
   EXPECT_EQ(this->driver.step(empty.view(), {3.0, 0.0, 0.0}, 0.025).status, Status::bad_scan);
@@ -116,7 +116,7 @@ TYPED_TEST(OpponentLaws, WithoutDataTheCarStopsAndTheStatusTellsWhy) {
   EXPECT_EQ(this->driver.step(good.view(), {3.0, 0.0, 0.0}, 0.025).status, Status::ok);
 }
 
-TYPED_TEST(OpponentLaws, InTheMiddleOfAStraightCorridorItDrivesStraight) {
+TYPED_TEST(OpponentLaws, in_the_middle_of_a_straight_corridor_it_drives_straight) {
   const Scene corridor = Course{}.straight(40).walls(2.0);
   const StepResult result = this->driver.step(corridor.scan({5.0, 0.0, 0.0}).view(), {4.0, 0.0, 0.0}, 0.025);
   EXPECT_EQ(result.status, Status::ok);
@@ -124,7 +124,7 @@ TYPED_TEST(OpponentLaws, InTheMiddleOfAStraightCorridorItDrivesStraight) {
   EXPECT_NEAR(result.command.speed, 4.0 + this->driver.params().speed.delta_v_max, 0.41);
 }
 
-TYPED_TEST(OpponentLaws, ItSteersIntoACorner) {
+TYPED_TEST(OpponentLaws, it_steers_into_a_corner) {
   const Course course = Course{}.straight(5).turn(1.5, 0.5 * pi).straight(6);
   const Scene track = course.walls(2.0);
   StepResult result;
@@ -132,7 +132,7 @@ TYPED_TEST(OpponentLaws, ItSteersIntoACorner) {
   EXPECT_GT(result.command.steering_angle, 0.05);
 }
 
-TYPED_TEST(OpponentLaws, AWallDirectlyAheadStopsTheCar) {
+TYPED_TEST(OpponentLaws, a_wall_directly_ahead_stops_the_car) {
   Scene trap;
   trap.add(scene::neither, {{-3.0, -0.5}, {0.55, -0.5}, {0.55, 0.5}, {-3.0, 0.5}, {-3.0, -0.5}});
   const StepResult result = this->driver.step(trap.scan({0.0, 0.0, 0.0}).view(), {1.0, 0.0, 0.0}, 0.025);
@@ -140,7 +140,7 @@ TYPED_TEST(OpponentLaws, AWallDirectlyAheadStopsTheCar) {
   EXPECT_EQ(result.command.speed, 0.0);
 }
 
-TYPED_TEST(OpponentLaws, TheSteeringAngleChangesNoFasterThanTheServo) {
+TYPED_TEST(OpponentLaws, the_steering_angle_changes_no_faster_than_the_servo) {
   const Course course = Course{}.straight(5).turn(1.2, 0.5 * pi).straight(6);
   const Scene track = course.walls(2.0);
   double before = 0.0;
@@ -152,7 +152,7 @@ TYPED_TEST(OpponentLaws, TheSteeringAngleChangesNoFasterThanTheServo) {
   }
 }
 
-TYPED_TEST(OpponentLaws, AResetDriverBehavesLikeANewOne) {
+TYPED_TEST(OpponentLaws, a_reset_driver_behaves_like_a_new_one) {
   const Course course = winding();
   const Scene track = course.walls(2.0);
   for (int i = 0; i < 20; ++i) this->driver.step(track.scan(course.at(0.3 * i)).view(), {2.0, 0.0, 0.0}, 0.025);
@@ -167,7 +167,7 @@ TYPED_TEST(OpponentLaws, AResetDriverBehavesLikeANewOne) {
   }
 }
 
-TYPED_TEST(OpponentLaws, InvalidParametersAreRefusedByName) {
+TYPED_TEST(OpponentLaws, invalid_parameters_are_refused_by_name) {
   auto params = this->driver.params();
   params.speed.v_min = params.speed.v_max + 1.0;
   EXPECT_THROW(TypeParam{params}, std::invalid_argument);

@@ -16,7 +16,7 @@ scene::Scan around(std::vector<float> ranges) {
   return scan;
 }
 
-TEST(Sweep, AFewLostBeamsTakeTheRangeOfTheNearerNeighbor) {
+TEST(Sweep, a_few_lost_beams_take_the_range_of_the_nearer_neighbor) {
   Sweep sweep;
   ASSERT_TRUE(sweep.read(around({3, 3, lost, NAN, 2, 2, 2}).view(), {}, {}, {.max_lost_beams = 10}, {}));
   EXPECT_EQ(sweep.range(2), 2.0);
@@ -24,7 +24,7 @@ TEST(Sweep, AFewLostBeamsTakeTheRangeOfTheNearerNeighbor) {
   EXPECT_EQ(sweep.points().size(), 5U);
 }
 
-TEST(Sweep, ManyLostBeamsTakeTheLostRange) {
+TEST(Sweep, many_lost_beams_take_the_lost_range) {
   std::vector<float> ranges(100, 5.0F);
   std::fill(ranges.begin() + 30, ranges.begin() + 60, lost);
   Sweep sweep;
@@ -33,7 +33,7 @@ TEST(Sweep, ManyLostBeamsTakeTheLostRange) {
   EXPECT_EQ(sweep.range(29), 5.0);
 }
 
-TEST(Sweep, RangesAreClippedAndGiveNoPointBeyondTheLimit) {
+TEST(Sweep, ranges_are_clipped_and_give_no_point_beyond_the_limit) {
   Sweep sweep;
   ASSERT_TRUE(sweep.read(around({3, 20, 29, 4, 5, 6}).view(), {}, {}, {.range_use = 8.0}, {}));
   EXPECT_EQ(sweep.range(1), 8.0);
@@ -41,13 +41,13 @@ TEST(Sweep, RangesAreClippedAndGiveNoPointBeyondTheLimit) {
   EXPECT_EQ(sweep.points().size(), 4U);
 }
 
-TEST(Sweep, ReturnsFromTheCarsOwnBodyAreLost) {
+TEST(Sweep, returns_from_the_cars_own_body_are_lost) {
   Sweep sweep;
   ASSERT_TRUE(sweep.read(around({3, 3, 0.1F, 3, 3}).view(), {}, {}, {}, {}));
   EXPECT_EQ(sweep.range(2), 3.0);
 }
 
-TEST(Sweep, ClockwiseScansAreReadRightToLeft) {
+TEST(Sweep, clockwise_scans_are_read_right_to_left) {
   const scene::Scan scan = around({1, 2, 3, 4, 5});
   scene::Scan clockwise = scan;
   clockwise.angle_min = 1.0;

@@ -8,14 +8,14 @@ namespace {
 
 using Pair = Gaussian<2>;
 
-TEST(Gaussian, ACorrectionIsTheClosedFormOfOneNumber) {
+TEST(Gaussian, a_correction_is_the_closed_form_of_one_number) {
   Gaussian<1> belief{.mean = {1.0}, .covariance = {{{4.0}}}};
   belief.correct({1.0}, 3.0 - 1.0, 1.0);
   EXPECT_DOUBLE_EQ(belief.mean[0], 1.0 + 4.0 / 5.0 * 2.0);
   EXPECT_DOUBLE_EQ(belief.covariance[0][0], 4.0 / 5.0);
 }
 
-TEST(Gaussian, ACorrectionMovesWhatIsCorrelatedAndLeavesTheRest) {
+TEST(Gaussian, a_correction_moves_what_is_correlated_and_leaves_the_rest) {
   Pair belief{.mean = {0.0, 5.0}, .covariance = {{{2.0, 1.0}, {1.0, 3.0}}}};
   belief.correct({1.0, 0.0}, 1.0, 2.0);
   EXPECT_DOUBLE_EQ(belief.mean[0], 0.5);
@@ -25,7 +25,7 @@ TEST(Gaussian, ACorrectionMovesWhatIsCorrelatedAndLeavesTheRest) {
   EXPECT_DOUBLE_EQ(belief.covariance[1][1], 2.75);
 }
 
-TEST(Gaussian, SpreadingIsTheTransitionsCongruenceAndTheNoise) {
+TEST(Gaussian, spreading_is_the_transitions_congruence_and_the_noise) {
   Pair belief{.covariance = {{{2.0, 1.0}, {1.0, 3.0}}}};
   belief.propagate({{{1.0, 0.5}, {0.0, 1.0}}}, {0.1, 0.2});
   EXPECT_DOUBLE_EQ(belief.covariance[0][0], 2.0 + 2.0 * 0.5 * 1.0 + 0.25 * 3.0 + 0.1);
@@ -34,14 +34,14 @@ TEST(Gaussian, SpreadingIsTheTransitionsCongruenceAndTheNoise) {
   EXPECT_DOUBLE_EQ(belief.covariance[1][1], 3.2);
 }
 
-TEST(Gaussian, TheInnovationsVarianceIsOfBeliefAndNoise) {
+TEST(Gaussian, the_innovations_variance_is_of_belief_and_noise) {
   const Pair belief{.covariance = {{{2.0, 1.0}, {1.0, 3.0}}}};
   EXPECT_DOUBLE_EQ(belief.innovation_variance({1.0, 2.0}, 0.5), 2.0 + 2.0 * 2.0 + 4.0 * 3.0 + 0.5);
 }
 
 // Nearly the same exact measurement again and again, of numbers whose scales differ by 1e8: the short form P - K h' P
 // loses a variance here.
-TEST(Gaussian, StaysSymmetricAndPositiveWhateverIsRounded) {
+TEST(Gaussian, stays_symmetric_and_positive_whatever_is_rounded) {
   Pair belief{.covariance = {{{1e8, 0.0}, {0.0, 1.0}}}};
   for (int i = 0; i < 10000; ++i) {
     belief.correct({1.0, 1e-4 * (i % 3)}, 0.1, 1e-8);
@@ -53,7 +53,7 @@ TEST(Gaussian, StaysSymmetricAndPositiveWhateverIsRounded) {
   }
 }
 
-TEST(Gaussian, ScalingKeepsTheCorrelation) {
+TEST(Gaussian, scaling_keeps_the_correlation) {
   Pair belief{.covariance = {{{4.0, 1.0}, {1.0, 1.0}}}};
   belief.scale(0, 0.5);
   EXPECT_DOUBLE_EQ(belief.covariance[0][0], 1.0);

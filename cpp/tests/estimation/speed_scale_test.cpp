@@ -31,7 +31,7 @@ struct Seen {
   Buffer<SectionSample> samples;
 };
 
-TEST(ForwardError, IsTheMotionOfTheWallsMinusOdometry) {
+TEST(ForwardError, is_the_motion_of_the_walls_minus_odometry) {
   for (const double missed : {-0.03, -0.01, 0.0, 0.01, 0.03}) {
     const Seen before(0.0, false);
     const Seen now(missed, false);
@@ -41,7 +41,7 @@ TEST(ForwardError, IsTheMotionOfTheWallsMinusOdometry) {
   }
 }
 
-TEST(ForwardError, HasNoInformationBetweenParallelWalls) {
+TEST(ForwardError, has_no_information_between_parallel_walls) {
   LocalWalls walls;
   Buffer<SectionSample> now(max_samples);
   add_wall(0.0, {-2, 1}, {8, 1}, 1, walls.left, now);
@@ -50,7 +50,7 @@ TEST(ForwardError, HasNoInformationBetweenParallelWalls) {
   EXPECT_EQ(forward_error({}, now, 0.15, {}).information, 0.0);
 }
 
-TEST(ForwardError, SearchesAlongAWallAndGloballyIfThatEndsFarAway) {
+TEST(ForwardError, searches_along_a_wall_and_globally_if_that_ends_far_away) {
   WallSide side;
   for (int i = 0; i < 40; ++i) side.push(0.15 * i, 1.0, {}, 0.0F);
   for (int i = 0; i < 40; ++i) side.push(6.0 - 0.15 * i, 3.0, {}, 0.0F);
@@ -76,13 +76,13 @@ SpeedScale after(double seconds, double true_speed, double measured, double comm
   return scale;
 }
 
-TEST(SpeedScale, FindsTheErrorOfTheMeasuredSpeedWithinASecond) {
+TEST(SpeedScale, finds_the_error_of_the_measured_speed_within_a_second) {
   const SpeedScaleParams params;
   for (const double error : {-0.15, -0.1, 0.1, 0.15})
     EXPECT_NEAR(measured_speed_scale(after(1.0, 4.0, 4.0 * (1.0 + error), 4.0), params), 1.0 / (1.0 + error), 0.01);
 }
 
-TEST(SpeedScale, IsExactlyOneWithoutAnError) {
+TEST(SpeedScale, is_exactly_one_without_an_error) {
   const SpeedScaleParams params;
   for (const double error : {-0.01, 0.0, 0.01}) {
     const SpeedScale scale = after(5.0, 4.0, 4.0 * (1.0 + error), 4.0);
@@ -91,14 +91,14 @@ TEST(SpeedScale, IsExactlyOneWithoutAnError) {
   }
 }
 
-TEST(SpeedScale, DistinguishesACarFasterThanCommandedFromAnOverestimatedSpeed) {
+TEST(SpeedScale, distinguishes_a_car_faster_than_commanded_from_an_overestimated_speed) {
   const SpeedScaleParams params;
   EXPECT_NEAR(command_speed_scale(after(8.0, 4.6, 4.0, 4.0), params), 1.15, 0.02);
   EXPECT_EQ(command_speed_scale(after(8.0, 4.0, 4.6, 4.0), params), 1.0);
   EXPECT_EQ(command_speed_scale(after(8.0, 3.4, 4.0, 4.0), params), 1.0) << "a slow car is not commanded to go faster";
 }
 
-TEST(SpeedScale, IgnoresACarThatIsHeldBack) {
+TEST(SpeedScale, ignores_a_car_that_is_held_back) {
   const SpeedScaleParams params;
   const SpeedScale scale = after(8.0, 1.5, 1.5, 4.0);
   EXPECT_NEAR(scale.commanded_driven / scale.commanded_square, 1.0, 0.15);
@@ -106,7 +106,7 @@ TEST(SpeedScale, IgnoresACarThatIsHeldBack) {
 }
 
 // The car's own dynamics tell how long its speed takes: 1 - 1/e of the command after delay and time constant.
-TEST(SpeedScale, ExpectsTheSpeedThatTheCarsSpeedLoopGives) {
+TEST(SpeedScale, expects_the_speed_that_the_cars_speed_loop_gives) {
   for (const CarDynamics& car : {CarDynamics{}, CarDynamics{.speed_delay = 0.1, .speed_gain = 4.0}}) {
     const double time = car.speed_delay + 1.0 / car.speed_gain;
     SpeedScale scale;
@@ -116,7 +116,7 @@ TEST(SpeedScale, ExpectsTheSpeedThatTheCarsSpeedLoopGives) {
   }
 }
 
-TEST(SpeedScale, StaysWithinItsLimitAndCanBeSwitchedOff) {
+TEST(SpeedScale, stays_within_its_limit_and_can_be_switched_off) {
   SpeedScaleParams params;
   SpeedScale scale = after(3.0, 8.0, 4.0, 4.0);
   EXPECT_LE(measured_speed_scale(scale, params), 1.0 + params.scale_limit);
@@ -127,7 +127,7 @@ TEST(SpeedScale, StaysWithinItsLimitAndCanBeSwitchedOff) {
 }
 
 // A racer on a course, in a car whose measured speed is too high by `error`.
-TEST(SpeedScale, IsFoundByARacerOnACourse) {
+TEST(SpeedScale, is_found_by_a_racer_on_a_course) {
   for (const double error : {-0.15, 0.0, 0.15}) {
     const scene::Course course = scene::Course{}.straight(12).turn(2.0, 1.5).straight(12);
     const scene::Scene walls = course.walls(1.8);

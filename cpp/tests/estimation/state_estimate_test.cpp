@@ -79,14 +79,14 @@ Errors race(const sim::SensorParams& sensed, StateEstimate& estimate, double sec
 
 constexpr sim::SensorParams biased{.yaw_rate_bias = 0.052, .acceleration_x_bias = 0.39, .acceleration_y_bias = 0.39};
 
-TEST(StateEstimate, IsNoWorseThanCleanSensors) {
+TEST(StateEstimate, is_no_worse_than_clean_sensors) {
   StateEstimate estimate{StateEstimateParams{}};
   const Errors errors = race({}, estimate, 30.0);
   EXPECT_LE(errors.speed, 0.85 * errors.raw_speed);
   EXPECT_LE(errors.yaw_rate, 1.05 * errors.raw_yaw_rate);  // because it also estimates a bias
 }
 
-TEST(StateEstimate, IsTwiceAsGoodAsWheelsThatSlip) {
+TEST(StateEstimate, is_twice_as_good_as_wheels_that_slip) {
   StateEstimate estimate{StateEstimateParams{}};
   const Errors errors = race({.wheel_slip = 0.03}, estimate, 30.0);
   EXPECT_GT(errors.raw_speed, 0.2);
@@ -94,7 +94,7 @@ TEST(StateEstimate, IsTwiceAsGoodAsWheelsThatSlip) {
   EXPECT_NEAR(estimate.estimate().wheel_slip, 0.03, 0.004);
 }
 
-TEST(StateEstimate, IsTwiceAsGoodAsWheelsThatLock) {
+TEST(StateEstimate, is_twice_as_good_as_wheels_that_lock) {
   StateEstimate estimate{StateEstimateParams{}};
   const Errors errors = race({.wheel_lock_deceleration = 3.0}, estimate, 30.0);
   EXPECT_GT(errors.locks, 50);
@@ -102,7 +102,7 @@ TEST(StateEstimate, IsTwiceAsGoodAsWheelsThatLock) {
   EXPECT_LT(errors.speed, 0.1 * errors.raw_speed);
 }
 
-TEST(StateEstimate, FindsTheBiasesWhileDriving) {
+TEST(StateEstimate, finds_the_biases_while_driving) {
   StateEstimate estimate{StateEstimateParams{}};
   const Errors errors = race(biased, estimate, 30.0);
   EXPECT_LE(errors.speed, errors.raw_speed);
@@ -113,13 +113,13 @@ TEST(StateEstimate, FindsTheBiasesWhileDriving) {
   EXPECT_NEAR(found.acceleration_y_bias, 0.39, 0.1);
 }
 
-TEST(StateEstimate, FindsTheSideSlip) {
+TEST(StateEstimate, finds_the_side_slip) {
   StateEstimate estimate{StateEstimateParams{}};
   const Errors errors = race({}, estimate, 30.0);
   EXPECT_LT(errors.lateral, 0.5 * errors.raw_lateral);
 }
 
-TEST(StateEstimate, WithoutAnAccelerometerIsNoWorseThanCleanSensors) {
+TEST(StateEstimate, without_an_accelerometer_is_no_worse_than_clean_sensors) {
   StateEstimate estimate{StateEstimateParams{}};
   const Errors errors = race({}, estimate, 30.0, false);
   EXPECT_LE(errors.speed, 1.1 * errors.raw_speed);
@@ -149,7 +149,7 @@ void roll(StateEstimate& estimate, double speed, double seconds = 2.0) {
   }
 }
 
-TEST(StateEstimate, IntegratesTheAcceleration) {
+TEST(StateEstimate, integrates_the_acceleration) {
   StateEstimate estimate{StateEstimateParams{}};
   roll(estimate, 2.0);
   for (int i = 0; i < 40; ++i) estimate.update(of_imu(0.0, 1.5, 0.0), {2.0, 0.0}, period);
@@ -157,7 +157,7 @@ TEST(StateEstimate, IntegratesTheAcceleration) {
 }
 
 // In a steady circle: a_x = -r u - x_imu r^2 and a_y = r v, with the side slip u of the rear axle.
-TEST(StateEstimate, CompensatesForAnImuAheadOfTheRearAxle) {
+TEST(StateEstimate, compensates_for_an_imu_ahead_of_the_rear_axle) {
   const StateEstimateParams params{
       .imu_x = 0.3, .acceleration_bias_sigma = 0.0, .acceleration_bias_drift = 0.0, .understeer = 0.0};
   StateEstimate estimate{params};
@@ -174,7 +174,7 @@ TEST(StateEstimate, CompensatesForAnImuAheadOfTheRearAxle) {
   EXPECT_NEAR(estimate.estimate().state.yaw_rate, r, 0.02);
 }
 
-TEST(StateEstimate, FollowsTheCommandWithoutAnAccelerometer) {
+TEST(StateEstimate, follows_the_command_without_an_accelerometer) {
   const CarModel car{};
   StateEstimate estimate{StateEstimateParams{}, car};
   for (int i = 0; i < 400; ++i) estimate.update(unmeasured, {0.5, 0.0}, 0.001);
@@ -184,7 +184,7 @@ TEST(StateEstimate, FollowsTheCommandWithoutAnAccelerometer) {
               1e-6);
 }
 
-TEST(StateEstimate, ModelsDelayLagAndRateOfTheServo) {
+TEST(StateEstimate, models_delay_lag_and_rate_of_the_servo) {
   CarModel car{};
   car.steering_delay = 0.05;
   car.servo_time_constant = 0.1;
@@ -199,7 +199,7 @@ TEST(StateEstimate, ModelsDelayLagAndRateOfTheServo) {
   EXPECT_NEAR(estimate.estimate().state.steering_angle, before - 0.01 * car.steering_rate, 1e-9);
 }
 
-TEST(StateEstimate, PredictsTheYawRateFromTheSteeringAngleWithoutAGyro) {
+TEST(StateEstimate, predicts_the_yaw_rate_from_the_steering_angle_without_a_gyro) {
   StateEstimate estimate{{.understeer = 0.02}};
   for (int i = 0; i < 200; ++i) {
     SensorReading reading = of_wheels(2.0);
@@ -210,7 +210,7 @@ TEST(StateEstimate, PredictsTheYawRateFromTheSteeringAngleWithoutAGyro) {
   EXPECT_NEAR(estimate.estimate().state.steering_angle, 0.2, 1e-3);
 }
 
-TEST(StateEstimate, FindsTheGyroBiasAtStandstill) {
+TEST(StateEstimate, finds_the_gyro_bias_at_standstill) {
   StateEstimate estimate{StateEstimateParams{}};
   const double slow = 0.5 * StateEstimateParams{}.standstill_speed, turned = 0.3;
   for (int i = 0; i < 80; ++i) estimate.update({slow, 0.1, turned, 0.0, 0.0}, {0.0, turned}, period);
@@ -218,7 +218,7 @@ TEST(StateEstimate, FindsTheGyroBiasAtStandstill) {
   EXPECT_NEAR(estimate.estimate().state.yaw_rate, 0.0, 0.01);
 }
 
-TEST(StateEstimate, LockedWheelsAreRejectedUntilTheyTurnAgain) {
+TEST(StateEstimate, locked_wheels_are_rejected_until_they_turn_again) {
   StateEstimate estimate{StateEstimateParams{}};
   roll(estimate, 5.0);
   EXPECT_FALSE(estimate.estimate().wheels_rejected);
@@ -230,7 +230,7 @@ TEST(StateEstimate, LockedWheelsAreRejectedUntilTheyTurnAgain) {
   EXPECT_NEAR(estimate.estimate().state.speed, 3.0, 0.05);
 }
 
-TEST(StateEstimate, WheelsThatContradictTheAccelerometerForLongAreUsedAgain) {
+TEST(StateEstimate, wheels_that_contradict_the_accelerometer_for_long_are_used_again) {
   const StateEstimateParams params{.rejection_time = 0.5};
   StateEstimate estimate{params};
   roll(estimate, 2.0);
@@ -243,7 +243,7 @@ TEST(StateEstimate, WheelsThatContradictTheAccelerometerForLongAreUsedAgain) {
   EXPECT_NEAR(estimate.estimate().state.speed, 6.0, 0.1);
 }
 
-TEST(StateEstimate, RejectsOneOutlierOfTheGyroButNotMany) {
+TEST(StateEstimate, rejects_one_outlier_of_the_gyro_but_not_many) {
   StateEstimate estimate{StateEstimateParams{}};
   roll(estimate, 2.0);
   estimate.update({2.0, 30.0, 0.0, 0.0, 0.0}, {2.0, 0.0}, period);
@@ -252,7 +252,7 @@ TEST(StateEstimate, RejectsOneOutlierOfTheGyroButNotMany) {
   EXPECT_GT(estimate.estimate().state.yaw_rate, 25.0);
 }
 
-TEST(StateEstimate, AScaledWheelAndAnOffsetServoAreCorrected) {
+TEST(StateEstimate, a_scaled_wheel_and_an_offset_servo_are_corrected) {
   StateEstimate estimate{{.speed_scale = 1.1, .steering_offset = 0.05}};
   for (int i = 0; i < 200; ++i) estimate.update({2.0, 0.0, -0.05, nan, nan}, {2.2, -0.05}, period);
   EXPECT_NEAR(estimate.estimate().state.speed, 2.2, 0.01);
@@ -262,7 +262,7 @@ TEST(StateEstimate, AScaledWheelAndAnOffsetServoAreCorrected) {
 // Normalized estimation error squared over drives whose biases, slip and noise are as the filter assumes: its mean is 1
 // (Bar-Shalom, Li and Kirubarajan, 2001, section 5.4). Slip times force is not linear, so that it may be up to 2 for
 // the slip.
-TEST(StateEstimate, ItsErrorsMatchItsCovariance) {
+TEST(StateEstimate, its_errors_match_its_covariance) {
   const StateEstimateParams params{};
   Rng rng(11);
   constexpr int drives = 200;
@@ -295,7 +295,7 @@ TEST(StateEstimate, ItsErrorsMatchItsCovariance) {
   }
 }
 
-TEST(StateEstimate, WithoutTimeNothingChanges) {
+TEST(StateEstimate, without_time_nothing_changes) {
   StateEstimate estimate{StateEstimateParams{}};
   roll(estimate, 2.0);
   const MotionEstimate before = estimate.estimate();
@@ -305,7 +305,7 @@ TEST(StateEstimate, WithoutTimeNothingChanges) {
   EXPECT_EQ(estimate.estimate().state.steering_angle, before.state.steering_angle);
 }
 
-TEST(StateEstimate, AResetRestoresTheInitialState) {
+TEST(StateEstimate, a_reset_restores_the_initial_state) {
   StateEstimate estimate{StateEstimateParams{}}, fresh{StateEstimateParams{}};
   roll(estimate, 4.0);
   estimate.reset();
@@ -315,14 +315,14 @@ TEST(StateEstimate, AResetRestoresTheInitialState) {
   EXPECT_EQ(estimate.belief().covariance, fresh.belief().covariance);
 }
 
-TEST(StateEstimate, AnInvalidParameterIsNamed) {
+TEST(StateEstimate, an_invalid_parameter_is_named) {
   EXPECT_THROW(StateEstimate{{.speed_sigma = 0.0}}, std::invalid_argument);
   CarModel car{};
   car.servo_time_constant = 0.0;
   EXPECT_THROW((StateEstimate{StateEstimateParams{}, car}), std::invalid_argument);
 }
 
-TEST(StateEstimate, AnyInputGivesAFiniteStateWithoutAllocating) {
+TEST(StateEstimate, any_input_gives_a_finite_state_without_allocating) {
   StateEstimate estimate{StateEstimateParams{}};
   const std::array wild{nan, std::numeric_limits<double>::infinity(), -1e300, 1e300, 0.0, -1.0, 3.0, 1e-300};
   Rng rng(3);

@@ -28,7 +28,7 @@ double sampled_clearance(const CarGeometry& car, const Pose2& pose, const WallSe
   return best;
 }
 
-TEST(Contact, ClearanceEqualsDenseSamplingOfTheSegment) {
+TEST(Contact, clearance_equals_dense_sampling_of_the_segment) {
   Rng rng(21);
   const CarGeometry car;
   int touching = 0;
@@ -45,7 +45,7 @@ TEST(Contact, ClearanceEqualsDenseSamplingOfTheSegment) {
   EXPECT_GT(touching, 500);
 }
 
-TEST(Contact, TouchPointLiesInTheCarAndOnTheSegment) {
+TEST(Contact, touch_point_lies_in_the_car_and_on_the_segment) {
   Rng rng(22);
   const CarGeometry car;
   for (int trial = 0; trial < 5000; ++trial) {
@@ -58,7 +58,7 @@ TEST(Contact, TouchPointLiesInTheCarAndOnTheSegment) {
   }
 }
 
-TEST(Contact, NoseTouchesExactlyAtTheBumper) {
+TEST(Contact, nose_touches_exactly_at_the_bumper) {
   const CarGeometry car;  // bumper 0.455 m ahead of the rear axle
   const Walls wall({{1.0, -1.0, 1.0, 1.0}});
   const double bumper = car.length - car.rear_overhang;
@@ -69,14 +69,14 @@ TEST(Contact, NoseTouchesExactlyAtTheBumper) {
   EXPECT_FALSE(touch(car, {1.0 + car.rear_overhang + 1e-9, 0.0, 0.0}, wall).has_value());
 }
 
-TEST(Contact, WallsThatAreNotSolidDoNotCount) {
+TEST(Contact, walls_that_are_not_solid_do_not_count) {
   const CarGeometry car;
   const Walls walls({{0.2, -1.0, 0.2, 1.0, true, false}, {3.0, -1.0, 3.0, 1.0}});
   EXPECT_FALSE(touch(car, {}, walls).has_value());
   EXPECT_NEAR(clearance(car, {}, walls), 3.0 - 0.455, 1e-12);
 }
 
-TEST(Contact, AgainstWallsEqualsTheNearestSegment) {
+TEST(Contact, against_walls_equals_the_nearest_segment) {
   Rng rng(23);
   const CarGeometry car;
   for (int trial = 0; trial < 500; ++trial) {

@@ -49,7 +49,7 @@ std::vector<WallSegment> random_segments(Rng& rng, int count, double size, doubl
   return segments;
 }
 
-TEST(Lidar, EqualsBruteForceAmongRandomWallsFor200kBeams) {
+TEST(Lidar, equals_brute_force_among_random_walls_for_200k_beams) {
   Rng rng(11);
   for (int trial = 0; trial < 200; ++trial) {
     const Walls walls(random_segments(rng, 5 + trial % 60, 40.0, trial % 2 == 0 ? 3.0 : 40.0));
@@ -58,7 +58,7 @@ TEST(Lidar, EqualsBruteForceAmongRandomWallsFor200kBeams) {
   }
 }
 
-TEST(Lidar, EqualsBruteForceOnATrack) {
+TEST(Lidar, equals_brute_force_on_a_track) {
   const Track track = wavy_track();
   const Progress progress(track.centerline);
   Rng rng(12);
@@ -69,7 +69,7 @@ TEST(Lidar, EqualsBruteForceOnATrack) {
   }
 }
 
-TEST(Lidar, EqualsBruteForceForAnyBeamCountAndFieldOfView) {
+TEST(Lidar, equals_brute_force_for_any_beam_count_and_field_of_view) {
   Rng rng(13);
   for (const int beams : {2, 3, 7, 271, 1080, 10000}) {
     for (const double fov : {0.1, 1.0, 3.0, 4.7, 6.28}) {
@@ -80,7 +80,7 @@ TEST(Lidar, EqualsBruteForceForAnyBeamCountAndFieldOfView) {
   }
 }
 
-TEST(Lidar, SeesAlignedWallsWithoutGaps) {  // beams through corners, walls edge-on
+TEST(Lidar, sees_aligned_walls_without_gaps) {  // beams through corners, walls edge-on
   const Walls room({{-2, -2, 2, -2}, {2, -2, 2, 2}, {2, 2, -2, 2}, {-2, 2, -2, -2}, {1, 0, 1.5, 0}});
   Lidar lidar({.beams = 361, .fov = std::numbers::pi}, room);
   std::vector<float> ranges(361);
@@ -92,7 +92,7 @@ TEST(Lidar, SeesAlignedWallsWithoutGaps) {  // beams through corners, walls edge
   }
 }
 
-TEST(Lidar, SeesVisibleWallsOnlyAndMarksTooFarAndTooNear) {
+TEST(Lidar, sees_visible_walls_only_and_marks_too_far_and_too_near) {
   const Walls walls({{1, -9, 1, 9, false, true}, {40, -9, 40, 9}, {-0.05, -0.2, -0.05, 0.2}});
   Lidar lidar({.beams = 5, .fov = 6.28}, walls);
   std::vector<float> ranges(5);
@@ -101,7 +101,7 @@ TEST(Lidar, SeesVisibleWallsOnlyAndMarksTooFarAndTooNear) {
   EXPECT_EQ(ranges[0], -inf);
 }
 
-TEST(Lidar, WithoutWallsSeesNothing) {
+TEST(Lidar, without_walls_sees_nothing) {
   const Walls walls;
   Lidar lidar({}, walls);
   std::vector<float> ranges(1081, 1.0F);
@@ -109,7 +109,7 @@ TEST(Lidar, WithoutWallsSeesNothing) {
   for (const float r : ranges) ASSERT_EQ(r, inf);
 }
 
-TEST(Lidar, SectorsFromOnePoseMakeTheWholeScan) {
+TEST(Lidar, sectors_from_one_pose_make_the_whole_scan) {
   const Track track = wavy_track();
   const Pose2 pose{track.centerline[5].x, track.centerline[5].y, 1.0};
   Lidar lidar({}, track.walls);
@@ -121,7 +121,7 @@ TEST(Lidar, SectorsFromOnePoseMakeTheWholeScan) {
   EXPECT_EQ(whole, parts);
 }
 
-TEST(Lidar, NoiseHasTheGivenSigmaAndDropoutRate) {
+TEST(Lidar, noise_has_the_given_sigma_and_dropout_rate) {
   const Walls walls;
   const LidarParams params{.noise_sigma = 0.02, .dropout_rate = 0.01};
   const Lidar lidar(params, walls);
@@ -147,7 +147,7 @@ TEST(Lidar, NoiseHasTheGivenSigmaAndDropoutRate) {
   EXPECT_NEAR(static_cast<double>(lost) / (lost + kept), 0.01, 6e-4);
 }
 
-TEST(Lidar, LosesBlocksOfBeams) {
+TEST(Lidar, loses_blocks_of_beams) {
   const Walls walls;
   const LidarParams params{
       .noise_sigma = 0.0, .dropout_rate = 0.0, .dropout_block_rate = 1.0, .dropout_block_beams = 30};
@@ -162,7 +162,7 @@ TEST(Lidar, LosesBlocksOfBeams) {
   }
 }
 
-TEST(Lidar, LosesEveryBeamAtDropoutRateOne) {
+TEST(Lidar, loses_every_beam_at_dropout_rate_one) {
   const Walls walls;
   const Lidar lidar({.dropout_rate = 1.0}, walls);
   Rng rng(5);
@@ -172,7 +172,7 @@ TEST(Lidar, LosesEveryBeamAtDropoutRateOne) {
 }
 
 // Any mounting and reading direction sees the same walls, each beam in its own direction.
-TEST(Lidar, EqualsBruteForceForAnyMountingAndFirstBeam) {
+TEST(Lidar, equals_brute_force_for_any_mounting_and_first_beam) {
   Rng rng(14);
   const double pi = std::numbers::pi;
   for (const double fov : {4.7, 2.0 * pi * 719.0 / 720.0, 2.0 * pi}) {
@@ -194,7 +194,7 @@ TEST(Lidar, EqualsBruteForceForAnyMountingAndFirstBeam) {
   }
 }
 
-TEST(Lidar, SectorsMakeTheWholeScanInEitherDirection) {
+TEST(Lidar, sectors_make_the_whole_scan_in_either_direction) {
   const Track track = wavy_track();
   const Pose2 pose{track.centerline[5].x, track.centerline[5].y, 1.0};
   Lidar lidar({.center_angle = 1.0, .clockwise = true}, track.walls);
@@ -206,7 +206,7 @@ TEST(Lidar, SectorsMakeTheWholeScanInEitherDirection) {
   EXPECT_EQ(whole, parts);
 }
 
-TEST(Lidar, IncludesItsMountingInTheHeader) {
+TEST(Lidar, includes_its_mounting_in_the_header) {
   const double pi = std::numbers::pi;
   const LidarParams params{
       .beams = 360, .fov = 2.0 * pi * 359.0 / 360.0, .center_angle = pi, .yaw = 0.5, .upside_down = true};
@@ -216,7 +216,7 @@ TEST(Lidar, IncludesItsMountingInTheHeader) {
   EXPECT_NEAR(params.angle_increment(), -params.own_angle_increment(), 1e-12);
 }
 
-TEST(Lidar, VariesItsBeamCountOverTheSameAngle) {
+TEST(Lidar, varies_its_beam_count_over_the_same_angle) {
   const Track track = wavy_track();
   Lidar lidar({.beams = 455, .beams_vary = 10, .fov = 6.2}, track.walls);
   Rng rng(6);
@@ -234,7 +234,7 @@ TEST(Lidar, VariesItsBeamCountOverTheSameAngle) {
   EXPECT_THROW(Lidar({.beams = 5, .beams_vary = 4}, track.walls), std::invalid_argument);
 }
 
-TEST(Lidar, ASweepLastsAtMostOneScanPeriod) {
+TEST(Lidar, a_sweep_lasts_at_most_one_scan_period) {
   const Track track = wavy_track();
   EXPECT_NO_THROW(Lidar({.rate = 10.0, .sweep_time = 0.1}, track.walls));
   EXPECT_NO_THROW(Lidar({.rate = 7.0, .sweep_time = 0.142857}, track.walls)) << "a rounded period";
@@ -247,7 +247,7 @@ TEST(Lidar, ASweepLastsAtMostOneScanPeriod) {
   }
 }
 
-TEST(Lidar, ReportsNoReturnAsItsRosDriverDoes) {
+TEST(Lidar, reports_no_return_as_its_ros_driver_does) {
   const Walls walls;
   const auto reported = [&](NoReturn how) {
     const LidarParams params{.no_return = static_cast<int>(how), .noise_sigma = 0.01, .dropout_rate = 0.0};
@@ -264,7 +264,7 @@ TEST(Lidar, ReportsNoReturnAsItsRosDriverDoes) {
   EXPECT_NEAR(reported(NoReturn::range_max), 30.0, 0.05);
 }
 
-TEST(Lidar, ScalesItsRanges) {
+TEST(Lidar, scales_its_ranges) {
   const Walls walls({{2.0, -9.0, 2.0, 9.0}});
   Lidar lidar({.beams = 3, .fov = 0.2, .range_scale = 1.05}, walls);
   std::vector<float> ranges(3);
@@ -272,7 +272,7 @@ TEST(Lidar, ScalesItsRanges) {
   EXPECT_NEAR(ranges[1], 2.1, 1e-6);
 }
 
-TEST(Lidar, RejectsAParameterByName) {
+TEST(Lidar, rejects_a_parameter_by_name) {
   const Walls walls;
   EXPECT_THROW(Lidar({.beams = 1}, walls), std::invalid_argument);
 }

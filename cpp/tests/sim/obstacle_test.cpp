@@ -25,7 +25,7 @@ Track straight() {
 
 double ahead(const Race& race) { return static_cast<double>(race.scan().ranges[race.scan().ranges.size() / 2]); }
 
-TEST(Obstacle, AppearsAtTheGivenDistance) {
+TEST(Obstacle, appears_at_the_given_distance) {
   const Track track = straight();
   const Car car = quiet(default_car());
   FixedDriver driver({2.0, 0.0});
@@ -46,7 +46,7 @@ TEST(Obstacle, AppearsAtTheGivenDistance) {
   EXPECT_NEAR(race.result().obstacle->speed, 2.0, 0.01);
 }
 
-TEST(Obstacle, IsHitByABlindDriverOnlyWhereItIs) {
+TEST(Obstacle, is_hit_by_a_blind_driver_only_where_it_is) {
   const Track track = straight();
   const Car car = quiet(default_car());
   FixedDriver driver({3.0, 0.0});
@@ -62,7 +62,7 @@ TEST(Obstacle, IsHitByABlindDriverOnlyWhereItIs) {
   EXPECT_NEAR(missed.obstacle->clearance, 0.02, 1e-3);
 }
 
-TEST(Obstacle, WithoutASightDistanceThereIsNone) {
+TEST(Obstacle, without_a_sight_distance_there_is_none) {
   const Track track = straight();
   FixedDriver driver({3.0, 0.0});
   const RaceResult result = run(track, quiet(default_car()), driver, {.obstacle_at = 12.0});
@@ -71,7 +71,7 @@ TEST(Obstacle, WithoutASightDistanceThereIsNone) {
   EXPECT_FALSE(result.contact->obstacle);
 }
 
-TEST(Obstacle, AppearsOnALaterLapIfItIsFartherThanOneLap) {
+TEST(Obstacle, appears_on_a_later_lap_if_it_is_farther_than_one_lap) {
   const Track track = annulus(5.0, 1.0);
   const double lap = 2.0 * std::numbers::pi * 5.0;
   FixedDriver driver({0.7, std::atan(0.33 / 5.0)});
@@ -83,7 +83,7 @@ TEST(Obstacle, AppearsOnALaterLapIfItIsFartherThanOneLap) {
 }
 
 // The box and the track in one set of walls give the same scan, bit for bit.
-TEST(Obstacle, IsScannedLikeAWall) {
+TEST(Obstacle, is_scanned_like_a_wall) {
   const Track track = wavy_track();
   const LidarParams params;
   const Progress progress(track.centerline);
@@ -102,7 +102,7 @@ TEST(Obstacle, IsScannedLikeAWall) {
   }
 }
 
-TEST(Obstacle, ACarInsideALargeBoxTouchesIt) {
+TEST(Obstacle, a_car_inside_a_large_box_touches_it) {
   const CarGeometry car;
   const Obstacle box({1.0, 2.0, 0.3}, 3.0, 3.0, {});
   EXPECT_TRUE(box.touch(car, {1.0, 2.0, 0.0}));
@@ -112,7 +112,7 @@ TEST(Obstacle, ACarInsideALargeBoxTouchesIt) {
 }
 
 // On the line of the car, visible from two stopping distances: the car passes or stops, without contact.
-TEST(Obstacle, TheRacerPassesItOrStops) {
+TEST(Obstacle, the_racer_passes_it_or_stops) {
   const Track track = wavy_track(400, 0.95, 0.15);
   Racer racer{Params{}};
   int passed = 0, seen = 0;
@@ -136,7 +136,7 @@ TEST(Obstacle, TheRacerPassesItOrStops) {
   EXPECT_GE(passed, seen / 2);
 }
 
-TEST(Obstacle, TheRacerStopsForABoxAcrossTheTrack) {
+TEST(Obstacle, the_racer_stops_for_a_box_across_the_track) {
   const Track track = wavy_track(400, 0.95, 0.15);
   Racer racer{Params{}};
   for (int i = 0; i < 6; ++i) {
@@ -149,7 +149,7 @@ TEST(Obstacle, TheRacerStopsForABoxAcrossTheTrack) {
   }
 }
 
-TEST(Obstacle, ABoxThatNeverAppearsChangesNothing) {
+TEST(Obstacle, a_box_that_never_appears_changes_nothing) {
   const Track track = wavy_track(400, 1.2, 0.1);
   testing::CenterDriver driver(3.0);
   const RaceResult a = run(track, default_car(), driver, {.laps = 1});
@@ -158,7 +158,7 @@ TEST(Obstacle, ABoxThatNeverAppearsChangesNothing) {
   EXPECT_EQ(a.laps.at(0).min_clearance, b.laps.at(0).min_clearance);
 }
 
-TEST(LostBlocks, LoseTheGivenShareOfBeamsInBlocks) {
+TEST(LostBlocks, lose_the_given_share_of_beams_in_blocks) {
   LidarParams params;
   params.noise_sigma = params.dropout_rate = 0.0;
   params.dropout_block_beams = 40;

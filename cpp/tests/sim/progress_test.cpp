@@ -10,7 +10,7 @@ namespace {
 
 const std::vector<Point2> square{{0, 0}, {4, 0}, {4, 4}, {0, 4}};
 
-TEST(Progress, KnowsArcLengthOffsetAndSide) {
+TEST(Progress, knows_arc_length_offset_and_side) {
   Progress progress(square);
   EXPECT_DOUBLE_EQ(progress.length(), 16.0);
   progress.reset({1.0, 0.5});
@@ -20,7 +20,7 @@ TEST(Progress, KnowsArcLengthOffsetAndSide) {
   EXPECT_DOUBLE_EQ(progress.locate({5.0, 3.0}).offset, -1.0);
 }
 
-TEST(Progress, PoseAtInvertsLocate) {
+TEST(Progress, pose_at_inverts_locate) {
   const auto track = testing::wavy_track();
   const Progress progress(track.centerline);
   for (double s = 0.01; s < progress.length(); s += 0.37) {
@@ -31,7 +31,7 @@ TEST(Progress, PoseAtInvertsLocate) {
   }
 }
 
-TEST(Progress, CountsLapsForwardAndBack) {
+TEST(Progress, counts_laps_forward_and_back) {
   Progress progress(square);
   progress.reset({0.0, 0.0});
   const auto walk = [&](double from, double to, double step) {
@@ -47,7 +47,7 @@ TEST(Progress, CountsLapsForwardAndBack) {
 }
 
 // A hairpin with legs 1 m apart: a car 0.6 m off the first leg is closer to the second.
-TEST(Progress, NeverJumpsToANeighboringPart) {
+TEST(Progress, never_jumps_to_a_neighboring_part) {
   std::vector<Point2> hairpin;
   for (int i = 0; i <= 100; ++i) hairpin.push_back({0.2 * i, 0.0});
   for (int i = 100; i >= 0; --i) hairpin.push_back({0.2 * i, 1.0});
@@ -58,7 +58,7 @@ TEST(Progress, NeverJumpsToANeighboringPart) {
   EXPECT_NEAR(progress.lateral_offset(), 0.6, 1e-9);
 }
 
-TEST(Progress, DropsDuplicatePointsAndRejectsTooFew) {
+TEST(Progress, drops_duplicate_points_and_rejects_too_few) {
   const std::vector<Point2> doubled{{0, 0}, {0, 0}, {4, 0}, {4, 4}, {4, 4}, {0, 4}, {0, 0}};
   EXPECT_DOUBLE_EQ(Progress(doubled).length(), 16.0);
   const std::vector<Point2> two{{0, 0}, {1, 0}, {0, 0}};

@@ -29,7 +29,7 @@ void expect_identical(const RaceResult& a, const RaceResult& b) {
   }
 }
 
-TEST(Race, ACenterFollowingDriverFinishesItsLaps) {
+TEST(Race, a_center_following_driver_finishes_its_laps) {
   const Track track = wavy_track(400, 1.2, 0.1);
   CenterDriver driver(3.0);
   const RaceResult result = run(track, default_car(), driver, {.laps = 2});
@@ -45,7 +45,7 @@ TEST(Race, ACenterFollowingDriverFinishesItsLaps) {
   EXPECT_EQ(driver.resets, 1);
 }
 
-TEST(Race, TheSameSeedGivesTheSameRaceAndAnotherSeedAnother) {
+TEST(Race, the_same_seed_gives_the_same_race_and_another_seed_another) {
   const Track track = wavy_track(400, 1.2, 0.1);
   CenterDriver driver(3.0);
   const RaceResult a = run(track, default_car(), driver, {.laps = 1, .seed = 5});
@@ -56,7 +56,7 @@ TEST(Race, TheSameSeedGivesTheSameRaceAndAnotherSeedAnother) {
 }
 
 // On a circle with constant steering the rear axle keeps R = L / tan(delta): a flying lap takes 2 pi R / v.
-TEST(Race, LapTimeOnACircleIsExactAndNotAMultipleOfTheStep) {
+TEST(Race, lap_time_on_a_circle_is_exact_and_not_a_multiple_of_the_step) {
   Car car = quiet(default_car());
   const double radius = 5.0, steering = std::atan(car.geometry.wheelbase / radius);
   const Track track = annulus(radius, 1.0);
@@ -70,7 +70,7 @@ TEST(Race, LapTimeOnACircleIsExactAndNotAMultipleOfTheStep) {
   EXPECT_NEAR(result.laps[2].min_clearance, radius - 0.155 - (radius - 1.0), 0.05);
 }
 
-TEST(Race, LapTimesDoNotDependOnTheScanRate) {
+TEST(Race, lap_times_do_not_depend_on_the_scan_rate) {
   Car fast = quiet(default_car()), slow = fast;
   slow.lidar.rate = 17.0;
   const double steering = std::atan(fast.geometry.wheelbase / 5.0);
@@ -81,7 +81,7 @@ TEST(Race, LapTimesDoNotDependOnTheScanRate) {
   EXPECT_NEAR(a, b, 1e-4);
 }
 
-TEST(Race, AWallEndsTheRaceWhereTheCarTouchesIt) {
+TEST(Race, a_wall_ends_the_race_where_the_car_touches_it) {
   const Track track = annulus(8.0, 1.0);
   FixedDriver driver({2.0, 0.0});
   const RaceResult result = run(track, quiet(default_car()), driver);
@@ -94,7 +94,7 @@ TEST(Race, AWallEndsTheRaceWhereTheCarTouchesIt) {
   EXPECT_TRUE(result.laps.empty());
 }
 
-TEST(Race, ACarThatDoesNotMoveIsStuck) {
+TEST(Race, a_car_that_does_not_move_is_stuck) {
   const Track track = annulus(5.0, 1.0);
   FixedDriver driver({0.0, 0.0});
   const RaceResult result = run(track, quiet(default_car()), driver);
@@ -102,7 +102,7 @@ TEST(Race, ACarThatDoesNotMoveIsStuck) {
   EXPECT_NEAR(result.time, 3.0, 0.03);
 }
 
-TEST(Race, ACarThatCrawlsTimesOut) {
+TEST(Race, a_car_that_crawls_times_out) {
   const Track track = annulus(5.0, 1.0);
   FixedDriver driver({0.2, std::atan(0.33 / 5.0)});
   const RaceResult result = run(track, quiet(default_car()), driver);
@@ -110,7 +110,7 @@ TEST(Race, ACarThatCrawlsTimesOut) {
   EXPECT_NEAR(result.time, 2.0 * std::numbers::pi * 5.0 / 0.3, 0.1);
 }
 
-TEST(Race, DrivingBackwardsAroundTheTrackIsTheWrongWayAndNoLap) {
+TEST(Race, driving_backwards_around_the_track_is_the_wrong_way_and_no_lap) {
   const Track track = annulus(5.0, 1.0);
   FixedDriver driver({0.7, -std::atan(0.33 / 5.0)});
   const RaceResult result = run(track, quiet(default_car()), driver, {.start_yaw = std::numbers::pi});
@@ -118,14 +118,14 @@ TEST(Race, DrivingBackwardsAroundTheTrackIsTheWrongWayAndNoLap) {
   EXPECT_TRUE(result.laps.empty());
 }
 
-TEST(Race, AStartOnAWallIsRefused) {
+TEST(Race, a_start_on_a_wall_is_refused) {
   const Track track = annulus(5.0, 1.0);
   FixedDriver driver({1.0, 0.0});
   EXPECT_THROW(Race(track, default_car(), driver, {.start_offset = 1.0}), std::invalid_argument);
   EXPECT_THROW(Race(track, default_car(), driver, {.laps = 0}), std::invalid_argument);
 }
 
-TEST(Race, AStartBeyondAWallIsRefused) {
+TEST(Race, a_start_beyond_a_wall_is_refused) {
   const Track track = annulus(5.0, 1.0);
   FixedDriver driver({1.0, 0.0});
   for (const double offset : {10.0, 4.0, -3.0, -9.0}) {
@@ -140,7 +140,7 @@ TEST(Race, AStartBeyondAWallIsRefused) {
     EXPECT_NO_THROW(Race(track, default_car(), driver, {.start_offset = offset})) << offset;
 }
 
-TEST(Race, AStationaryCarScansAsTheLidarDoes) {
+TEST(Race, a_stationary_car_scans_as_the_lidar_does) {
   const Track track = wavy_track();
   FixedDriver driver({0.0, 0.0});
   const Car car = quiet(default_car());
@@ -154,7 +154,7 @@ TEST(Race, AStationaryCarScansAsTheLidarDoes) {
 }
 
 // Straight ahead along a corridor with a wall at each end: each beam is measured from where the car was at its time.
-TEST(Race, BeamsOfAMovingCarAreMeasuredAlongTheSweep) {
+TEST(Race, beams_of_a_moving_car_are_measured_along_the_sweep) {
   Track track{Walls({{-50, -3, 50, -3}, {50, -3, 50, 3}, {50, 3, -50, 3}, {-50, 3, -50, -3}}),
               {{0, 0}, {10, 0}, {20, 0}, {20, 1}, {-20, 1}, {-20, 0}}};
   Car car = quiet(default_car());
@@ -171,7 +171,7 @@ TEST(Race, BeamsOfAMovingCarAreMeasuredAlongTheSweep) {
   EXPECT_NEAR(race.scan().time_increment, 0.01875 / 2, 1e-12);
 }
 
-TEST(Race, ComputeLatencyDelaysTheCommand) {
+TEST(Race, compute_latency_delays_the_command) {
   const Track track = annulus(5.0, 1.0);
   FixedDriver driver({2.0, 0.0});
   const auto speed_after = [&](double latency) {
@@ -201,7 +201,7 @@ class SlowDriver : public Driver {
   double seconds_;
 };
 
-TEST(Race, AFastDriverGetsEveryScanAndASlowOneSkipsSome) {
+TEST(Race, a_fast_driver_gets_every_scan_and_a_slow_one_skips_some) {
   const Track track = annulus(5.0, 1.0);
   const auto drive = [&](double latency, SlowDriver& driver) {
     Race race(track, quiet(default_car()), driver, {.compute_latency = latency});
@@ -221,21 +221,21 @@ TEST(Race, AFastDriverGetsEveryScanAndASlowOneSkipsSome) {
   EXPECT_LE(later.pauses.size(), 5U);
 }
 
-TEST(Race, ADriverThatStaysOnTheTrackLeavesItWithLatency) {
+TEST(Race, a_driver_that_stays_on_the_track_leaves_it_with_latency) {
   const Track track = wavy_track(400, 1.2, 0.1);
   CenterDriver driver(3.0);
   EXPECT_EQ(run(track, default_car(), driver, {.laps = 1}).outcome, Outcome::finished);
   EXPECT_EQ(run(track, default_car(), driver, {.laps = 1, .compute_latency = 0.3}).outcome, Outcome::contact);
 }
 
-TEST(Race, AFixedLatencyIsReproducible) {
+TEST(Race, a_fixed_latency_is_reproducible) {
   const Track track = wavy_track(400, 1.2, 0.1);
   CenterDriver driver(2.0);
   const RaceOptions options{.laps = 1, .seed = 5, .compute_latency = 0.033};
   expect_identical(run(track, default_car(), driver, options), run(track, default_car(), driver, options));
 }
 
-TEST(Race, AMeasuredLatencyIsTheComputeTimeOfTheDriver) {
+TEST(Race, a_measured_latency_is_the_compute_time_of_the_driver) {
   const Track track = annulus(5.0, 1.0);
   SlowDriver slow(0.03), quick;
   Race race(track, quiet(default_car()), slow, {.measure_latency = true});
@@ -246,7 +246,7 @@ TEST(Race, AMeasuredLatencyIsTheComputeTimeOfTheDriver) {
   EXPECT_EQ(other.result().skipped_scans, 0);
 }
 
-TEST(Race, TheDriverIsGivenTheMeasuredStateOrTheEstimate) {
+TEST(Race, the_driver_is_given_the_measured_state_or_the_estimate) {
   const Track track = wavy_track(400, 1.2, 0.1);
   Car car = default_car();
   for (const bool enabled : {false, true}) {
@@ -267,7 +267,7 @@ TEST(Race, TheDriverIsGivenTheMeasuredStateOrTheEstimate) {
   }
 }
 
-TEST(Race, StartsAnywhereAndCountsLapsFromThere) {
+TEST(Race, starts_anywhere_and_counts_laps_from_there) {
   const Track track = annulus(5.0, 1.0);
   FixedDriver driver({0.7, std::atan(0.33 / 5.0)});
   const RaceResult result = run(track, quiet(default_car()), driver, {.laps = 1, .start_s = 20.0});
@@ -276,7 +276,7 @@ TEST(Race, StartsAnywhereAndCountsLapsFromThere) {
   EXPECT_NEAR(result.path.back().s, 20.0, 0.1);
 }
 
-TEST(Race, EveryCarFinishesWithNoiseOverManySeeds) {
+TEST(Race, every_car_finishes_with_noise_over_many_seeds) {
   const Track track = wavy_track(400, 1.2, 0.1);
   for (const Car& car : {default_car(), nuc2_car(), gym_car()}) {
     for (std::uint64_t seed = 1; seed <= 3; ++seed) {

@@ -9,7 +9,7 @@ namespace {
 constexpr SensorParams exact{
     .speed_noise = 0, .yaw_rate_noise = 0, .steering_noise = 0, .acceleration_noise = 0, .vibration = 0};
 
-TEST(Sensors, WithoutErrorsMeasureTheTruth) {
+TEST(Sensors, without_errors_measure_the_truth) {
   Sensors sensors(exact, 1);
   sensors.record(0.0, {.state = {1.0, 2.0, 0.3}});
   sensors.record(0.1, {.state = {1.5, 2.5, 0.4}, .acceleration = {3.0, -4.0}});
@@ -21,13 +21,13 @@ TEST(Sensors, WithoutErrorsMeasureTheTruth) {
   EXPECT_DOUBLE_EQ(reading.acceleration_y, -4.0);
 }
 
-TEST(Sensors, LatencyGivesAnEarlierState) {
+TEST(Sensors, latency_gives_an_earlier_state) {
   Sensors sensors({.speed_noise = 0, .yaw_rate_noise = 0, .steering_noise = 0, .latency = 0.02}, 1);
   for (int i = 0; i < 2000; ++i) sensors.record(0.0025 * i, {.state = {0.0025 * i, 0.0, 0.0}});
   EXPECT_NEAR(sensors.read(0.0025 * 1999).wheel_speed, 0.0025 * 1999 - 0.02, 1e-9);
 }
 
-TEST(Sensors, HaveTheGivenScaleBiasAndNoise) {
+TEST(Sensors, have_the_given_scale_bias_and_noise) {
   const SensorParams params{.speed_noise = 0.1, .speed_scale_error = 0.05, .yaw_rate_noise = 0.2, .yaw_rate_bias = 0.3};
   Sensors sensors(params, 9);
   sensors.record(0.0, {.state = {4.0, 1.0, 0.1}});
@@ -44,7 +44,7 @@ TEST(Sensors, HaveTheGivenScaleBiasAndNoise) {
   EXPECT_NEAR(yaw_rate / n, 1.3, 4e-3);
 }
 
-TEST(Sensors, SimulateTheFaultsOfOdometryNodes) {
+TEST(Sensors, simulate_the_faults_of_odometry_nodes) {
   const auto measured = [](OdometryFault fault) {
     Sensors sensors(
         {.speed_noise = 0, .yaw_rate_noise = 0, .steering_noise = 0, .odometry_fault = static_cast<int>(fault)}, 1);
@@ -62,7 +62,7 @@ TEST(Sensors, SimulateTheFaultsOfOdometryNodes) {
   EXPECT_EQ(measured(OdometryFault::stuck).steering_angle, 0.3);
 }
 
-TEST(Sensors, WheelsSlipInProportionToTheAcceleration) {
+TEST(Sensors, wheels_slip_in_proportion_to_the_acceleration) {
   SensorParams params = exact;
   params.wheel_slip = 0.03;
   Sensors sensors(params, 1);
@@ -72,7 +72,7 @@ TEST(Sensors, WheelsSlipInProportionToTheAcceleration) {
   EXPECT_DOUBLE_EQ(sensors.read(0.1).wheel_speed, 4.0 * 0.85);
 }
 
-TEST(Sensors, WheelsLockUnderHardBrakingAndSpinUpAgain) {
+TEST(Sensors, wheels_lock_under_hard_braking_and_spin_up_again) {
   SensorParams params = exact;
   params.wheel_lock_deceleration = 4.0;
   params.wheel_lock_time = 0.05;
@@ -90,7 +90,7 @@ TEST(Sensors, WheelsLockUnderHardBrakingAndSpinUpAgain) {
   EXPECT_NEAR(brake(0.0, 0.5), 3.0, 0.01);
 }
 
-TEST(Sensors, TheAccelerometerGivesTheMeanSinceTheLastReading) {
+TEST(Sensors, the_accelerometer_gives_the_mean_since_the_last_reading) {
   Sensors sensors(exact, 1);
   for (int i = 0; i <= 10; ++i) sensors.record(0.01 * i, {.acceleration = {1.0, 0.0}});
   EXPECT_NEAR(sensors.read(0.1).acceleration_x, 1.0, 1e-12);
@@ -100,7 +100,7 @@ TEST(Sensors, TheAccelerometerGivesTheMeanSinceTheLastReading) {
   EXPECT_NEAR(reading.acceleration_y, -1.0, 1e-12);
 }
 
-TEST(Sensors, TheAccelerometerHasBiasNoiseAndTheVibrationOfAMovingCar) {
+TEST(Sensors, the_accelerometer_has_bias_noise_and_the_vibration_of_a_moving_car) {
   SensorParams params = exact;
   params.acceleration_noise = 0.05;
   params.vibration = 0.4;
@@ -123,7 +123,7 @@ TEST(Sensors, TheAccelerometerHasBiasNoiseAndTheVibrationOfAMovingCar) {
   }
 }
 
-TEST(Sensors, AccelerometerNoiseChangesNoOtherReading) {
+TEST(Sensors, accelerometer_noise_changes_no_other_reading) {
   SensorParams loud{};
   loud.acceleration_noise = 2.0;
   loud.vibration = 3.0;

@@ -22,7 +22,7 @@ Vehicle driven(const Car& car, DriveCommand command, double seconds) {
   return vehicle;
 }
 
-TEST(Vehicle, PacejkaPeaksAtDAndIsOdd) {
+TEST(Vehicle, pacejka_peaks_at_d_and_is_odd) {
   const Tire tire{7.5, 1.4, 0.9, 0.2};
   double peak = 0.0;
   for (double a = 0.0; a < 1.5; a += 1e-4) {
@@ -33,7 +33,7 @@ TEST(Vehicle, PacejkaPeaksAtDAndIsOdd) {
   EXPECT_NEAR(magic_formula(tire, 1e-6) / 1e-6, 7.5 * 1.4 * 0.9, 1e-3);
 }
 
-TEST(Vehicle, ConformsToTheCommonRoadSingleTrackVector) {
+TEST(Vehicle, conforms_to_the_common_road_single_track_vector) {
   CarGeometry geometry;  // BMW 320i, f1tenth_gym's unit test
   geometry.steering_limit = 1.066;
   geometry.steering_rate = 0.4;
@@ -57,7 +57,7 @@ TEST(Vehicle, ConformsToTheCommonRoadSingleTrackVector) {
 }
 
 // The state of its electronics agrees with the command; the true motion does not.
-TEST(Vehicle, WrongConstantsChangeOnlyTheTrueMotion) {
+TEST(Vehicle, wrong_constants_change_only_the_true_motion) {
   // f1tenth_gym's servo turns at full rate or not at all, and stays within this error [rad].
   constexpr double gym_servo = 2e-3;
   for (const auto& [preset, servo] : {std::pair{default_car(), 0.0}, {gym_car(), gym_servo}}) {
@@ -74,7 +74,7 @@ TEST(Vehicle, WrongConstantsChangeOnlyTheTrueMotion) {
   }
 }
 
-TEST(Car, TheLidarPoseIncludesItsMountingErrors) {
+TEST(Car, the_lidar_pose_includes_its_mounting_errors) {
   Car car;
   const Pose2 base{1.0, 2.0, std::numbers::pi / 2.0};
   Pose2 laser = laser_pose(car, base);
@@ -89,7 +89,7 @@ TEST(Car, TheLidarPoseIncludesItsMountingErrors) {
   EXPECT_NEAR(laser.yaw, base.yaw + 0.3, 1e-12);
 }
 
-TEST(Vehicle, GymControlHasItsTwoSpeedGains) {
+TEST(Vehicle, gym_control_has_its_two_speed_gains) {
   const Car car = gym_car();
   const GymState at_two{0, 0, 0, 2.0, 0, 0, 0};
   EXPECT_NEAR(gym_control(car.geometry, car.vehicle, at_two, 3.0, 0.1).acceleration, 4.755, 1e-12);
@@ -98,7 +98,7 @@ TEST(Vehicle, GymControlHasItsTwoSpeedGains) {
   EXPECT_EQ(gym_control(car.geometry, car.vehicle, at_two, 1.0, 0.00005).steering_rate, 0.0);
 }
 
-TEST(Vehicle, GymSteersTwoControlStepsLate) {
+TEST(Vehicle, gym_steers_two_control_steps_late) {
   const Car car = gym_car();
   Vehicle vehicle(car.geometry, car.vehicle);
   vehicle.command({0.0, 0.4});
@@ -119,20 +119,20 @@ void expect_steady_cornering(const Car& car, double speed, double steering) {
   EXPECT_NEAR(a_y, v * yaw_rate, 1e-3);
 }
 
-TEST(Vehicle, SteadyStateCorneringMatchesTheClosedForm) {
+TEST(Vehicle, steady_state_cornering_matches_the_closed_form) {
   expect_steady_cornering(default_car(), 2.0, 0.05);
   expect_steady_cornering(default_car(), 3.0, 0.03);
   expect_steady_cornering(nuc2_car(), 2.0, 0.05);
   expect_steady_cornering(nuc2_car(), 3.0, 0.03);
 }
 
-TEST(Vehicle, IsKinematicWhenSlow) {
+TEST(Vehicle, is_kinematic_when_slow) {
   const Vehicle vehicle = driven(default_car(), {0.5, 0.3}, 5.0);
   EXPECT_NEAR(vehicle.state().yaw_rate, vehicle.state().speed * std::tan(0.3) / 0.33, 1e-6);
   EXPECT_NEAR(vehicle.lateral_speed(), 0.0, 1e-6);
 }
 
-TEST(Vehicle, RearAxleFollowsTheKinematicCircle) {
+TEST(Vehicle, rear_axle_follows_the_kinematic_circle) {
   const Car car = default_car();
   Vehicle vehicle = driven(car, {0.5, 0.3}, 5.0);
   const double radius = car.geometry.wheelbase / std::tan(0.3);
@@ -144,7 +144,7 @@ TEST(Vehicle, RearAxleFollowsTheKinematicCircle) {
   }
 }
 
-TEST(Vehicle, NeverAcceleratesBeyondItsFriction) {
+TEST(Vehicle, never_accelerates_beyond_its_friction) {
   Rng rng(31);
   for (const Car& car : {default_car(), nuc2_car()}) {
     const double peak = std::max(car.vehicle.front_d, car.vehicle.rear_d);
@@ -163,7 +163,7 @@ TEST(Vehicle, NeverAcceleratesBeyondItsFriction) {
   }
 }
 
-TEST(Vehicle, BrakesAtItsLimitWithEnoughGrip) {
+TEST(Vehicle, brakes_at_its_limit_with_enough_grip) {
   Car car = default_car();
   car.vehicle.brake_max = 4.0;
   car.vehicle.speed_gain = 100.0;
@@ -175,7 +175,7 @@ TEST(Vehicle, BrakesAtItsLimitWithEnoughGrip) {
   EXPECT_NEAR(vehicle.state().speed, 0.0, 1e-6);
 }
 
-TEST(Vehicle, BrakingIsLimitedByGrip) {
+TEST(Vehicle, braking_is_limited_by_grip) {
   Car car = default_car();
   car.vehicle.brake_max = 50.0;
   car.vehicle.friction = 0.3;
@@ -187,7 +187,7 @@ TEST(Vehicle, BrakingIsLimitedByGrip) {
   EXPECT_LT(vehicle.pose().x, 1.3 * 6.0 * 6.0 / (2.0 * 0.3 * g));
 }
 
-TEST(Vehicle, ServoKeepsItsRateLagAndDelay) {
+TEST(Vehicle, servo_keeps_its_rate_lag_and_delay) {
   const Car car = default_car();
   Vehicle vehicle(car.geometry, car.vehicle);
   vehicle.command({0.0, 1.0});  // beyond the limit
@@ -203,7 +203,7 @@ TEST(Vehicle, ServoKeepsItsRateLagAndDelay) {
   EXPECT_NEAR(before, car.geometry.steering_limit, 1e-4);
 }
 
-TEST(Vehicle, ServoSmallStepIsFirstOrder) {
+TEST(Vehicle, servo_small_step_is_first_order) {
   Car car = default_car();
   car.vehicle.steering_delay = 0.0;
   Vehicle vehicle(car.geometry, car.vehicle);
@@ -212,12 +212,12 @@ TEST(Vehicle, ServoSmallStepIsFirstOrder) {
   EXPECT_NEAR(vehicle.state().steering_angle, 0.1 * (1.0 - std::exp(-1.0)), 1e-6);
 }
 
-TEST(Vehicle, CannotReverse) {
+TEST(Vehicle, cannot_reverse) {
   const Vehicle vehicle = driven(default_car(), {-3.0, 0.1}, 2.0);
   EXPECT_EQ(vehicle.state().speed, 0.0);
 }
 
-TEST(Vehicle, IgnoresACommandThatIsNotFinite) {
+TEST(Vehicle, ignores_a_command_that_is_not_finite) {
   Vehicle vehicle = driven(default_car(), {2.0, 0.1}, 2.0);
   const double speed = vehicle.state().speed;
   vehicle.command({NAN, 0.0});
@@ -226,7 +226,7 @@ TEST(Vehicle, IgnoresACommandThatIsNotFinite) {
   EXPECT_NEAR(vehicle.state().speed, speed, 0.01);
 }
 
-TEST(Vehicle, HalvingTheStepChangesLittle) {
+TEST(Vehicle, halving_the_step_changes_little) {
   const Car car = default_car();
   Vehicle coarse(car.geometry, car.vehicle), fine(car.geometry, car.vehicle);
   for (int i = 0; i < 2000; ++i) {
@@ -244,7 +244,7 @@ TEST(Vehicle, HalvingTheStepChangesLittle) {
 
 // In a steady circle every point accelerates toward the center: a_x = -r u - x r^2, a_y = r v, x ahead of the rear
 // axle.
-TEST(Vehicle, AccelerationAheadOfTheRearAxleIncludesTheTurn) {
+TEST(Vehicle, acceleration_ahead_of_the_rear_axle_includes_the_turn) {
   const Vehicle vehicle = driven(default_car(), {2.0, 0.2}, 6.0);
   const VehicleState state = vehicle.state();
   const double r = state.yaw_rate;
@@ -255,7 +255,7 @@ TEST(Vehicle, AccelerationAheadOfTheRearAxleIncludesTheTurn) {
   }
 }
 
-TEST(Vehicle, RejectsAxlesThatContradictTheWheelbase) {
+TEST(Vehicle, rejects_axles_that_contradict_the_wheelbase) {
   Car car = default_car();
   car.vehicle.l_f = 0.3;
   EXPECT_THROW(Vehicle(car.geometry, car.vehicle), std::invalid_argument);

@@ -20,7 +20,7 @@ std::vector<WallSegment> random_walls(Rng& rng, int count, double longest) {
   return segments;
 }
 
-TEST(Walls, FindsExactlyTheSegmentsWithinARadius) {
+TEST(Walls, finds_exactly_the_segments_within_a_radius) {
   Rng rng(1);
   for (int trial = 0; trial < 200; ++trial) {
     const Walls walls(random_walls(rng, 100, trial % 2 == 0 ? 1.0 : 30.0), 0.3 + rng.uniform());
@@ -37,7 +37,7 @@ TEST(Walls, FindsExactlyTheSegmentsWithinARadius) {
   }
 }
 
-TEST(Walls, NearestDistanceEqualsBruteForceOverSolidSegments) {
+TEST(Walls, nearest_distance_equals_brute_force_over_solid_segments) {
   Rng rng(2);
   for (int trial = 0; trial < 500; ++trial) {
     const Walls walls(random_walls(rng, 1 + trial % 40, 5.0));
@@ -50,25 +50,25 @@ TEST(Walls, NearestDistanceEqualsBruteForceOverSolidSegments) {
   }
 }
 
-TEST(Walls, CountsMoreThanFitInTheBuffer) {
+TEST(Walls, counts_more_than_fit_in_the_buffer) {
   const Walls walls({{0, 0, 1, 0}, {0, 1, 1, 1}, {0, 2, 1, 2}});
   std::vector<std::uint32_t> found(1);
   EXPECT_EQ(walls.near({0.5, 1.0}, 5.0, found), 3U);
 }
 
-TEST(Walls, AreEmptyWithoutSegments) {
+TEST(Walls, are_empty_without_segments) {
   const Walls walls;
   EXPECT_EQ(walls.near({0, 0}, 1e6, {}), 0U);
   EXPECT_TRUE(std::isinf(walls.nearest_distance({0, 0})));
   EXPECT_TRUE(std::isinf(walls.raycast_brute_force({}, 0.3)));
 }
 
-TEST(Walls, NeedLittleMemoryForAHugeExtent) {
+TEST(Walls, need_little_memory_for_a_huge_extent) {
   const Walls walls({{-1e7, 0, 1e7, 3}, {0, -1e7, 3, 1e7}}, 0.5);
   EXPECT_NEAR(walls.nearest_distance({10.0, 100.0}), 10.0, 3.1);
 }
 
-TEST(Walls, RejectsANonFiniteSegment) {
+TEST(Walls, rejects_a_non_finite_segment) {
   EXPECT_THROW(Walls({{0, 0, NAN, 1}}), std::invalid_argument);
   EXPECT_THROW(Walls({}, 0.0), std::invalid_argument);
 }

@@ -37,7 +37,7 @@ Car wrong_car() {
 
 INSTANTIATE_TEST_SUITE_P(World, OneCar, ::testing::Values(default_car(), wrong_car()));
 
-TEST_P(OneCar, MovesAsInARace) {
+TEST_P(OneCar, moves_as_in_a_race) {
   const Track track = wavy_track(400, 1.2, 0.1);
   CenterDriver raced(3.0), commanded(3.0);
   Race race(track, GetParam(), raced, {.laps = 2, .seed = 5});
@@ -57,7 +57,7 @@ TEST_P(OneCar, MovesAsInARace) {
 }
 
 // A box of walls is the reference for a car's body.
-TEST(World, ABodyIsScannedLikeABoxOfWalls) {
+TEST(World, a_body_is_scanned_like_a_box_of_walls) {
   const CarGeometry geometry;
   const Pose2 laser{0.3, -0.2, 0.4};
   LidarParams params;
@@ -80,7 +80,7 @@ TEST(World, ABodyIsScannedLikeABoxOfWalls) {
   }
 }
 
-TEST(World, CarsSeeAndTouchEachOther) {
+TEST(World, cars_see_and_touch_each_other) {
   const Track track = annulus(10.0, 1.5);
   World world(track, quiet(default_car()), {.cars = 2, .gap = 3.0}, 1);
   world.advance();
@@ -96,7 +96,7 @@ TEST(World, CarsSeeAndTouchEachOther) {
   EXPECT_LT(world.time(), 5.0);
 }
 
-TEST(World, ACarWithoutCommandsIsStoppedAfterTheTimeout) {
+TEST(World, a_car_without_commands_is_stopped_after_the_timeout) {
   const Track track = annulus(10.0, 1.5);
   World world(track, quiet(default_car()), {.command_timeout = 0.2}, 1);
   for (int i = 0; i < 40; ++i) {
@@ -111,7 +111,7 @@ TEST(World, ACarWithoutCommandsIsStoppedAfterTheTimeout) {
   EXPECT_NEAR(world.state(0).speed, 0.0, 0.01);
 }
 
-TEST(World, AResetReturnsTheCarToItsStartAndClearsAContact) {
+TEST(World, a_reset_returns_the_car_to_its_start_and_clears_a_contact) {
   const Track track = annulus(10.0, 1.5);
   World world(track, quiet(default_car()), {}, 1);
   const Pose2 start = world.pose(0);
@@ -132,7 +132,7 @@ TEST(World, AResetReturnsTheCarToItsStartAndClearsAContact) {
   EXPECT_GT(world.state(0).speed, 0.2);
 }
 
-TEST(World, AKickPushesTheCarAside) {
+TEST(World, a_kick_pushes_the_car_aside) {
   const Track track = annulus(10.0, 1.5);
   World world(track, quiet(default_car()), {}, 1);
   for (int i = 0; i < 40; ++i) {
@@ -150,7 +150,7 @@ TEST(World, AKickPushesTheCarAside) {
 }
 
 // In a curve that the car takes on dry ground, on wet ground it slides to the wall; until then its motion continues.
-TEST(World, FrictionChangesUnderTheMovingCar) {
+TEST(World, friction_changes_under_the_moving_car) {
   const Track track = annulus(3.0, 1.2);
   const auto lap_of = [&](double mu_scale) {
     World world(track, quiet(default_car()), {}, 1);
@@ -171,7 +171,7 @@ TEST(World, FrictionChangesUnderTheMovingCar) {
   EXPECT_EQ(lap_of(0.3), 1);
 }
 
-TEST(World, DriversAreGivenTheEstimateWhereTheCarHasOne) {
+TEST(World, drivers_are_given_the_estimate_where_the_car_has_one) {
   const Track track = annulus(10.0, 1.5);
   Car car = default_car();
   World world(track, car, {}, 1);
@@ -185,7 +185,7 @@ TEST(World, DriversAreGivenTheEstimateWhereTheCarHasOne) {
   EXPECT_THROW(world.change(car, 1.0), std::invalid_argument);
 }
 
-TEST(World, ChangedSensorsAndLidarApplyToTheNextScan) {
+TEST(World, changed_sensors_and_lidar_apply_to_the_next_scan) {
   const Track track = annulus(10.0, 1.5);
   World world(track, quiet(default_car()), {}, 1);
   world.advance();
@@ -201,7 +201,7 @@ TEST(World, ChangedSensorsAndLidarApplyToTheNextScan) {
   EXPECT_NEAR(std::sqrt(squares / static_cast<double>(before.size())), 0.1, 0.01);
 }
 
-TEST(World, AForbiddenChangeWhileDrivingIsRefusedAndChangesNothing) {
+TEST(World, a_forbidden_change_while_driving_is_refused_and_changes_nothing) {
   const Track track = annulus(10.0, 1.5);
   World world(track, quiet(default_car()), {}, 1);
   const auto refused = [&](auto&& alter, double mu_scale) {
@@ -220,7 +220,7 @@ TEST(World, AForbiddenChangeWhileDrivingIsRefusedAndChangesNothing) {
   refused([](Car&) {}, 100.0);
 }
 
-TEST(World, ACarFitsWhereThereIsNoWallAndNoOtherCar) {
+TEST(World, a_car_fits_where_there_is_no_wall_and_no_other_car) {
   const Track track = annulus(10.0, 1.5);
   const World world(track, default_car(), {.cars = 2, .gap = 3.0}, 1);
   const Pose2 first = world.pose(0), second = world.pose(1);
@@ -230,7 +230,7 @@ TEST(World, ACarFitsWhereThereIsNoWallAndNoOtherCar) {
   EXPECT_FALSE(world.fits(0, {first.x * 0.86, first.y * 0.86, first.yaw}));
 }
 
-TEST(World, CarsThatDoNotFitAreRefused) {
+TEST(World, cars_that_do_not_fit_are_refused) {
   const Track track = annulus(3.0, 0.6);
   const double seventh = 2.0 * 3.14159265 * 3.0 / 7.0;  // the eighth car starts where the first one is
   EXPECT_THROW(World(track, default_car(), {.cars = 8, .gap = seventh}, 1), std::invalid_argument);
