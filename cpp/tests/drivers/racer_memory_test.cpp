@@ -43,7 +43,7 @@ void spoil(Centerline& line) {
 
 void spoil(Trace& trace) {
   trace.points.fill(all, {nan, nan, nan, 3});
-  trace.sections.fill(all, {0, 1, 1, nan, nan, SectionStatus::kept});
+  trace.sections.fill(all, {0, 1, 1, nan, nan, nan, SectionStatus::kept});
   trace.samples.fill(all, {nan, nan, 0, 1, {nan_f, nan_f, 1.0F, true}});
   trace.candidates.items.fill({0, nan});
   trace.candidates.count = max_candidates;
