@@ -1,8 +1,10 @@
 """The list of mutants matches the sources: cpp/mutants/mutants.yaml, scripts/mutants.py, docs/mutants.md."""
 
 import importlib.util
+import re
 import sys
 from collections import Counter
+from fnmatch import fnmatch
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -36,3 +38,15 @@ def test_the_test_of_each_exists() -> None:
 def test_the_page_says_that_each_is_killed() -> None:
     killed = {mutant.id: mutants.Result("killed") for mutant in LIST}
     assert mutants.PAGE.read_text() == mutants.render(LIST, killed), "run make mutants"
+
+
+def test_every_step_of_the_paper_with_a_test_has_a_mutant() -> None:
+    rows = [line for line in (ROOT / "docs/paper.md").read_text(encoding="utf-8").splitlines() if line.startswith("|")]
+    named = {row: re.findall(r"`(\w+\.[\w*]+)`", row.split("|")[-2]) for row in rows}
+    assert sum(bool(tests) for tests in named.values()) > 50
+    without = [
+        row
+        for row, tests in named.items()
+        if tests and not any(fnmatch(mutant.test, test) for mutant in LIST for test in tests)
+    ]
+    assert without == []
