@@ -63,8 +63,14 @@ void bind_state_estimate(nb::module_& m) {
             estimate.update(reading, {speed, steering_angle}, dt);
           },
           nb::arg("reading"), nb::arg("speed"), nb::arg("steering_angle"), nb::arg("dt"),
-          "Updates with a reading `dt` [s] after the last one. `speed` [m/s], `steering_angle` [rad]: the newest "
-          "command.")
+          "Updates with a reading `dt` [s] after the last one. `speed` [m/s], `steering_angle` [rad]: the command in "
+          "effect from now on, NaN if it is not known.")
+      .def(
+          "set_params",
+          [](StateEstimate& estimate, const StateEstimateParams& params, const sim::Car& car) {
+            estimate.set_params(params, sim::model_of(car));
+          },
+          nb::arg("params"), nb::arg("car"), "Keeps the estimate. Raises ValueError like the constructor.")
       .def("estimate", &StateEstimate::estimate, "The current estimate.")
       .def("reset", &StateEstimate::reset, "Forgets everything.");
   m.def("estimate_all", &estimate_all, nb::arg("car"), nb::arg("readings"), nb::arg("commands"), nb::arg("dts"),

@@ -1131,8 +1131,11 @@ class StateEstimate:
 
     def update(self, reading: SensorReading, speed: float, steering_angle: float, dt: float) -> None:
         """
-        Updates with a reading `dt` [s] after the last one. `speed` [m/s], `steering_angle` [rad]: the newest command.
+        Updates with a reading `dt` [s] after the last one. `speed` [m/s], `steering_angle` [rad]: the command in effect from now on, NaN if it is not known.
         """
+
+    def set_params(self, params: StateEstimateParams, car: Car) -> None:
+        """Keeps the estimate. Raises ValueError like the constructor."""
 
     def estimate(self) -> MotionEstimate:
         """The current estimate."""

@@ -47,12 +47,15 @@ class StateEstimate {
   // Throws std::invalid_argument with field, value and allowed range.
   explicit StateEstimate(const StateEstimateParams& params, const CarModel& car = {});
 
-  // Updates with the measurements `dt` [s] after the last update; `command` is the newest command since then. Values of
-  // `reading` that are not finite count as not measured, and a `dt` that is not finite or not positive as 0.
+  // Updates with the measurements `dt` [s] after the last update; `command` is the command in effect from now on.
+  // Values of `reading` that are not finite count as not measured, those of `command` as not known (such as while a
+  // person drives), and a `dt` that is not finite or not positive as 0.
   void update(const SensorReading& reading, const DriveCommand& command, double dt) noexcept;
 
   [[nodiscard]] MotionEstimate estimate() const noexcept;
   [[nodiscard]] const Belief& belief() const noexcept { return belief_; }
+  // Keeps the estimate. Throws as the constructor does; then nothing changes.
+  void set_params(const StateEstimateParams& params, const CarModel& car);
   void reset() noexcept;
 
  private:
@@ -68,18 +71,19 @@ class StateEstimate {
   };
 
   struct Rejection {
-    Index about;        // the measured state
-    double limit;       // [s] maximum time for which it is rejected
-    double time = 0.0;  // [s] for which it has been rejected
+    Index about;          // the measured state
+    double limit;         // [s] maximum time for which it is rejected
+    bool active = false;  // the last reading was rejected
+    double since = 0.0;   // [s] time of the first one
   };
 
   void queue_command(const DriveCommand& command) noexcept;
   void predict_servo(double dt) noexcept;
   void add_drift(double dt) noexcept;
   void measure_acceleration(const SensorReading& reading, double dt) noexcept;
-  void measure_yaw_rate(double measured, double dt) noexcept;
+  void measure_yaw_rate(double measured) noexcept;
   void measure_steering(double measured) noexcept;
-  void measure_wheels(double measured, double dt) noexcept;
+  void measure_wheels(double measured) noexcept;
   void predict_velocity(double yaw_rate_before, double dt) noexcept;
   void predict_by_acceleration(double yaw_rate_before, double dt) noexcept;
   void predict_by_command(double dt) noexcept;
@@ -88,15 +92,18 @@ class StateEstimate {
   void correct_standstill() noexcept;
   void bound() noexcept;
   [[nodiscard]] bool has_acceleration() const noexcept;
-  void correct_gated(const Measurement& measurement, Rejection& rejection, double dt) noexcept;
+  [[nodiscard]] bool knows_steering() const noexcept;
+  void correct_gated(const Measurement& measurement, Rejection& rejection) noexcept;
 
   StateEstimateParams params_;
   CarModel car_;
   Belief belief_{};
   DelayLine steering_line_{}, speed_line_{};
+  DriveCommand queued_{};  // the last one in both lines
   Acceleration acceleration_{}, previous_acceleration_{};
-  double time_ = 0.0;      // [s] since the reset
-  double steering_ = 0.0;  // [rad]
+  double time_ = 0.0;            // [s] since the reset
+  double steering_ = 0.0;        // [rad]
+  double steering_known_ = 0.0;  // [s] time at which it was last measured or predicted from a command
   Rejection wheels_, gyro_;
 };
 

@@ -19,11 +19,11 @@ struct StateEstimateParams {
   double acceleration_sigma = 0.5;
   double command_sigma = 2.0;
   double yaw_acceleration_sigma = 6.0;
-  double yaw_rate_bias_sigma = 0.05;
+  double yaw_rate_bias_sigma = 0.017;
   double yaw_rate_bias_drift = 0.001;
   double acceleration_bias_sigma = 0.4;
   double acceleration_bias_drift = 0.01;
-  double wheel_slip_sigma = 0.02;
+  double wheel_slip_sigma = 0.006;
   double wheel_slip_drift = 0.003;
   double servo_sigma = 0.02;
   double understeer = 0.005;

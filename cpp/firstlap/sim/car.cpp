@@ -15,7 +15,8 @@ Pose2 laser_pose(const Car& car, const Pose2& base_link) noexcept {
 CarModel model_of(const Car& car) noexcept { return {car.geometry, car.vehicle}; }
 
 SensedMotion sensed(const Vehicle& vehicle, const Car& car) noexcept {
-  return {vehicle.own_state(), vehicle.pose().yaw, vehicle.acceleration_at(car.state_estimate.imu_x)};
+  return {vehicle.own_state(), vehicle.pose().yaw, vehicle.acceleration_at(car.sensors.imu_x),
+          vehicle.forward_acceleration()};
 }
 
 Car default_car() { return {}; }

@@ -36,7 +36,7 @@ void Sensors::record(double time, const SensedMotion& motion) noexcept {
   const double dt = count_ > 0 ? time - last.time : 0.0;
   const Point2 acceleration = motion.acceleration;
   Sample next{time, motion, {last.impulse.x + dt * acceleration.x, last.impulse.y + dt * acceleration.y}};
-  next.motion.state.speed *= (1.0 + params_.wheel_slip * acceleration.x) * rolling(-acceleration.x, dt);
+  next.motion.state.speed *= (1.0 + params_.wheel_slip * motion.drive) * rolling(-motion.drive, dt);
   samples_[count_ % samples_.size()] = next;
   ++count_;
 }

@@ -30,6 +30,7 @@ struct SensorParams {
   double yaw_rate_bias = 0.0;
   double steering_noise = 0.003;
   double steering_offset = 0.0;
+  double imu_x = 0.171;
   double acceleration_noise = 0.018;
   double vibration = 0.3;
   double acceleration_x_bias = 0.0;
@@ -53,6 +54,7 @@ struct SensorParams {
         Field{"yaw_rate_bias", &P::yaw_rate_bias, "rad/s", -1.0, 1.0, "added to the yaw rate"},
         Field{"steering_noise", &P::steering_noise, "rad", 0.0, 0.5, "standard deviation of the steering angle"},
         Field{"steering_offset", &P::steering_offset, "rad", -0.2, 0.2, "added to the steering angle"},
+        Field{"imu_x", &P::imu_x, "m", -0.5, 1.0, "true IMU position ahead of the rear axle"},
         Field{"acceleration_noise", &P::acceleration_noise, "m/s^2", 0.0, 20.0,
               "standard deviation of the acceleration; Bosch BMI160: 1.8 mg"},
         Field{"vibration", &P::vibration, "m/s^2", 0.0, 20.0,
@@ -78,11 +80,12 @@ struct SensorParams {
 };
 
 // The true motion. `state` and `yaw` [rad] in the map frame as the car's own electronics measure them; `acceleration`
-// [m/s^2] at the IMU, forward and left.
+// [m/s^2] at the IMU, forward and left; `drive` [m/s^2] the forward force of the tires per mass of the car.
 struct SensedMotion {
   VehicleState state{};
   double yaw = 0.0;
   Point2 acceleration{};
+  double drive = 0.0;
 };
 
 class Sensors {

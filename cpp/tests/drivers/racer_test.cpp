@@ -102,17 +102,20 @@ TEST(RacerClosedForm, the_width_follows_a_step_from_1_m_to_2_m_within_one_scan) 
   Racer racer{Params{}};
   ASSERT_EQ(settle(racer, scene.scan({0, 0, 0}), 2.0).status, Status::ok);
   double last_narrow = 0.0;
+  int wide = 0;
   for (const CenterlinePoint& p : racer.trace().line.points) {
     EXPECT_NEAR(p.y, 0.0, 0.02) << p.x;
     if (p.x < 1.8) {
       EXPECT_NEAR(p.width, 1.0, 0.01) << p.x;
       last_narrow = p.x;
     }
-    if (p.x > 4.5) {
-      EXPECT_NEAR(p.width, 2.0, 0.03) << p.x;
+    if (p.x > 2.5 && p.support == WallSupport::both) {
+      EXPECT_NEAR(p.width, 2.0, 0.03) << p.x << ": from the first pair on";
+      ++wide;
     }
   }
   EXPECT_GT(last_narrow, 1.5);
+  EXPECT_GT(wide, 20);
   EXPECT_GT(racer.trace().line.points.back().x, 6.0);
 }
 

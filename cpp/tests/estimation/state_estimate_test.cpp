@@ -243,6 +243,88 @@ TEST(StateEstimate, wheels_that_contradict_the_accelerometer_for_long_are_used_a
   EXPECT_NEAR(estimate.estimate().state.speed, 6.0, 0.1);
 }
 
+// Every sensor in a message of its own, as in a ROS node: `imu_rate` readings of the IMU per one of the wheels, which
+// come at 50 Hz. With `equal_stamps`, no time passes between the IMU's last reading and the wheels'.
+void roll_in_messages(StateEstimate& estimate, double wheels, double seconds, int per_wheels, bool equal_stamps) {
+  const double step = 0.02 / (per_wheels + (equal_stamps ? 0 : 1));
+  for (double time = 0.0; time < seconds; time += 0.02) {
+    for (int i = 0; i < per_wheels; ++i) estimate.update(of_imu(0.0, 0.0, 0.0), {3.0, 0.0}, step);
+    estimate.update(of_wheels(wheels), {3.0, 0.0}, equal_stamps ? 0.0 : step);
+  }
+}
+
+TEST(StateEstimate, rejected_wheels_are_used_again_after_the_same_time_at_any_rate_of_the_sensors) {
+  for (const int per_wheels : {1, 2, 8}) {
+    for (const bool equal_stamps : {false, true}) {
+      const StateEstimateParams params{.rejection_time = 0.5};
+      StateEstimate estimate{params};
+      roll_in_messages(estimate, 3.0, 2.0, per_wheels, equal_stamps);
+      roll_in_messages(estimate, 0.0, 0.45, per_wheels, equal_stamps);
+      EXPECT_TRUE(estimate.estimate().wheels_rejected) << per_wheels << ", " << equal_stamps;
+      EXPECT_NEAR(estimate.estimate().state.speed, 3.0, 0.1) << per_wheels << ", " << equal_stamps;
+      roll_in_messages(estimate, 0.0, 0.15, per_wheels, equal_stamps);
+      EXPECT_FALSE(estimate.estimate().wheels_rejected) << per_wheels << ", " << equal_stamps;
+      EXPECT_NEAR(estimate.estimate().state.speed, 0.0, 0.1) << per_wheels << ", " << equal_stamps;
+    }
+  }
+}
+
+// A person drives a circle of 2 m/s and 1.5 rad/s, with or without a command and a steering angle that are known.
+TEST(StateEstimate, an_unknown_command_is_not_taken_for_a_stop) {
+  const double v = 2.0, r = 1.5;
+  const double steering = std::atan(r * CarModel{}.wheelbase / v);
+  for (const bool commanded : {false, true}) {
+    for (const bool measured : {false, true}) {
+      for (const bool accelerometer : {false, true}) {
+        StateEstimate estimate{{.understeer = 0.0}};
+        SensorReading reading = accelerometer ? of_imu(r, -0.171 * r * r, r * v) : of_imu(r, nan, nan);
+        reading.wheel_speed = v;
+        reading.steering_angle = measured ? steering : nan;
+        const DriveCommand command = commanded ? DriveCommand{v, steering} : DriveCommand{nan, nan};
+        for (int i = 0; i < 400; ++i) estimate.update(reading, command, period);
+        const MotionEstimate found = estimate.estimate();
+        EXPECT_NEAR(found.state.speed, v, 0.05) << commanded << measured << accelerometer;
+        EXPECT_NEAR(found.state.yaw_rate, r, 0.05) << commanded << measured << accelerometer;
+        EXPECT_NEAR(found.yaw_rate_bias, 0.0, 0.05) << commanded << measured << accelerometer;
+      }
+    }
+  }
+}
+
+TEST(StateEstimate, a_command_that_becomes_unknown_no_longer_steers_it) {
+  StateEstimate estimate{{.understeer = 0.0}};
+  for (int i = 0; i < 80; ++i) estimate.update(of_wheels(2.0), {2.0, 0.3}, period);
+  EXPECT_GT(estimate.estimate().state.yaw_rate, 1.0);
+  SensorReading straight = of_wheels(2.0);
+  straight.yaw_rate = 0.0;
+  for (int i = 0; i < 80; ++i) estimate.update(straight, {nan, nan}, period);
+  EXPECT_NEAR(estimate.estimate().state.yaw_rate, 0.0, 0.05);
+}
+
+TEST(StateEstimate, a_car_that_is_carried_does_not_learn_its_turning_as_a_bias) {
+  StateEstimate estimate{StateEstimateParams{}};
+  for (int i = 0; i < 40; ++i) estimate.update({0.0, 0.01, 0.0, 0.0, 0.0}, {nan, nan}, period);
+  for (int i = 0; i < 200; ++i) estimate.update({0.0, 0.4, 0.0, 0.0, 0.0}, {nan, nan}, period);
+  EXPECT_NEAR(estimate.estimate().yaw_rate_bias, 0.01, 0.01);
+}
+
+TEST(StateEstimate, new_parameters_keep_the_estimate) {
+  StateEstimate estimate{StateEstimateParams{}};
+  roll(estimate, 3.0);
+  estimate.set_params({.speed_scale = 1.1}, CarModel{});
+  EXPECT_NEAR(estimate.estimate().state.speed, 3.0, 0.01);
+  EXPECT_THROW(estimate.set_params({.gate = -1.0}, CarModel{}), std::invalid_argument);
+  for (int i = 0; i < 200; ++i) estimate.update({3.0, 0.0, 0.0, 0.0, 0.0}, {3.3, 0.0}, period);
+  EXPECT_NEAR(estimate.estimate().state.speed, 3.3, 0.05);
+}
+
+TEST(StateEstimate, in_reverse_the_rear_axle_slips_outward_too) {
+  const StateEstimateParams params{};
+  StateEstimate estimate{params};
+  for (int i = 0; i < 200; ++i) estimate.update({-2.0, 1.0, nan, nan, nan}, {-2.0, nan}, period);
+  EXPECT_NEAR(estimate.estimate().lateral_speed, params.side_slip * 4.0 * 1.0, 0.02);
+}
+
 TEST(StateEstimate, rejects_one_outlier_of_the_gyro_but_not_many) {
   StateEstimate estimate{StateEstimateParams{}};
   roll(estimate, 2.0);
@@ -263,7 +345,7 @@ TEST(StateEstimate, a_scaled_wheel_and_an_offset_servo_are_corrected) {
 // (Bar-Shalom, Li and Kirubarajan, 2001, section 5.4). Slip times force is not linear, so that it may be up to 2 for
 // the slip.
 TEST(StateEstimate, its_errors_match_its_covariance) {
-  const StateEstimateParams params{};
+  const StateEstimateParams params{.acceleration_bias_drift = 0.0, .wheel_slip_drift = 0.0};
   Rng rng(11);
   constexpr int drives = 200;
   double speed_sum = 0.0, bias_sum = 0.0, slip_sum = 0.0;

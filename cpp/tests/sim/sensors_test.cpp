@@ -62,13 +62,13 @@ TEST(Sensors, simulate_the_faults_of_odometry_nodes) {
   EXPECT_EQ(measured(OdometryFault::stuck).steering_angle, 0.3);
 }
 
-TEST(Sensors, wheels_slip_in_proportion_to_the_acceleration) {
+TEST(Sensors, wheels_slip_in_proportion_to_the_force_of_the_tires) {
   SensorParams params = exact;
   params.wheel_slip = 0.03;
   Sensors sensors(params, 1);
-  sensors.record(0.0, {.state = {4.0, 0.0, 0.0}, .acceleration = {5.0, 0.0}});
+  sensors.record(0.0, {.state = {4.0, 0.0, 0.0}, .acceleration = {-2.0, 0.0}, .drive = 5.0});
   EXPECT_DOUBLE_EQ(sensors.read(0.0).wheel_speed, 4.0 * 1.15);
-  sensors.record(0.1, {.state = {4.0, 0.0, 0.0}, .acceleration = {-5.0, 0.0}});
+  sensors.record(0.1, {.state = {4.0, 0.0, 0.0}, .acceleration = {2.0, 0.0}, .drive = -5.0});
   EXPECT_DOUBLE_EQ(sensors.read(0.1).wheel_speed, 4.0 * 0.85);
 }
 
@@ -80,7 +80,7 @@ TEST(Sensors, wheels_lock_under_hard_braking_and_spin_up_again) {
   double time = 0.0;
   const auto brake = [&](double deceleration, double seconds) {
     for (const double end = time + seconds; time < end - 1e-9; time += 0.0025) {
-      sensors.record(time, {.state = {3.0, 0.0, 0.0}, .acceleration = {-deceleration, 0.0}});
+      sensors.record(time, {.state = {3.0, 0.0, 0.0}, .drive = -deceleration});
     }
     return sensors.read(time).wheel_speed;
   };

@@ -139,14 +139,14 @@ class DriveNode(LifecycleNode):
     def on_parameters(self, parameters: list[Any]) -> Any:
         """Parameter callback: accepts all new values, or none with the reason."""
         known = {field.key for field in self.driving.fields}
-        if any(parameter.name.startswith(("state_estimate.", "car.")) for parameter in parameters):
-            self._soon(self.state.set_estimate)
         values = {parameter.name: parameter.value for parameter in parameters if parameter.name in known}
         try:
             if values:
                 self.driving.change(values)
         except InputError as error:
             return result(str(error))
+        if any(parameter.name.startswith(("state_estimate.", "car.")) for parameter in parameters):
+            self._soon(self.state.set_estimate)
         if len(values) < len(parameters):
             self._soon(self.set_limits)
         return result()
@@ -498,6 +498,7 @@ class DriveNode(LifecycleNode):
             self.watch.add_scan(scan, self._when(message) + sweep, self.mount)
         self.check_timeouts()
         if not (self.may_drive() and scan):
+            self.state.release()
             return
         speed, yaw_rate, steering_angle = self.state.now()
         before = time.perf_counter()

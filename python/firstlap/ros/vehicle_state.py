@@ -16,6 +16,12 @@ MAX_PLAUSIBLE_SPEED = 50.0
 """[m/s] Higher measured speeds are invalid."""
 NO_ACCELEROMETER = -1.0
 """First element of the covariance of a quantity that an IMU does not measure (REP 145)."""
+STANDSTILL = 0.05
+"""[m/s] Below this wheel speed the car stands still."""
+ONE_G = (0.8, 1.2)
+"""Range of the norm of an acceleration in g at standstill; in m/s^2 it is 9.8, or 0 without gravity (REP 145)."""
+UNKNOWN = (math.nan, math.nan)
+"""Command while the node does not drive: a person or another program may."""
 
 
 def reading(
@@ -31,7 +37,7 @@ def reading(
 class StateSource:
     """The newest values of all sources, or with `state_estimate.enabled` the core's state estimate.
 
-    commanded: last commanded speed [m/s] and steering angle [rad].
+    commanded: last speed [m/s] and steering angle [rad] that the node commanded.
 
     Each `*_reason` returns why a message must not be used; empty if it may.
     """
@@ -39,20 +45,31 @@ class StateSource:
     def __init__(self, node: Any, driving: Driving) -> None:
         self._node, self._driving = node, driving
         self.speed = self.yaw_rate = 0.0
+        self._odometry = False
         self.steering: float | None = None
         self._imu = bool(value_of(node, "imu_topic"))
         self.commanded = (0.0, 0.0)
+        self._in_effect = UNKNOWN
         self._time: float | None = None
         self._estimate: _core.StateEstimate | None = None
         self.set_estimate()
 
     def set_estimate(self) -> None:
-        """Creates the estimate with the current parameters, or none if it is off."""
+        """Gives the estimate the current parameters, creates it if it is switched on, or drops it if it is off."""
         params = _core.StateEstimateParams()
         for field in ESTIMATE_FIELDS.fields:
             params.set(field.section, field.name, value_of(self._node, field.key))
         enabled = value_of(self._node, "state_estimate.enabled")
-        self._estimate = _core.StateEstimate(params, self._car()) if enabled else None
+        if not enabled:
+            self._estimate = None
+        elif self._estimate:
+            self._estimate.set_params(params, self._car())
+        else:
+            self._estimate = _core.StateEstimate(params, self._car())
+
+    def _standing(self) -> bool:
+        """Whether the odometry says that the car stands still."""
+        return self._odometry and abs(self.speed) < STANDSTILL
 
     def _car(self) -> _core.Car:
         """The car as configured for its driver."""
@@ -67,7 +84,7 @@ class StateSource:
         if self._estimate:
             step = 0.0 if self._time is None else max(time - self._time, 0.0)
             self._time = max(time, self._time or time)
-            self._estimate.update(measured, *self.commanded, step)
+            self._estimate.update(measured, *self._in_effect, step)
 
     def odometry_reason(self, twist: Any) -> str:
         """Checks a geometry_msgs/Twist in the car's frame."""
@@ -77,17 +94,24 @@ class StateSource:
         return f"implausible speed of {speed:.0f} m/s" if abs(speed) > MAX_PLAUSIBLE_SPEED else ""
 
     def add_odometry(self, time: float, twist: Any) -> None:
-        """Adds valid odometry."""
-        self.speed = twist.linear.x
-        if self._imu:
-            self._update(time, reading(self.speed))
-        else:
+        """Adds valid odometry.
+
+        The estimate does not take its yaw rate: nodes of a motor controller calculate it from speed and steering angle.
+        """
+        self.speed, self._odometry = twist.linear.x, True
+        if not self._imu:
             self.yaw_rate = twist.angular.z
-            self._update(time, reading(self.speed, self.yaw_rate))
+        self._update(time, reading(self.speed))
 
     def imu_reason(self, message: Any) -> str:
         """Checks a sensor_msgs/Imu."""
-        return "" if math.isfinite(message.angular_velocity.z) else "not finite"
+        if not math.isfinite(message.angular_velocity.z):
+            return "not finite"
+        measured = message.linear_acceleration
+        norm = math.hypot(measured.x, measured.y, measured.z)
+        if self._estimate and self._standing() and ONE_G[0] < norm < ONE_G[1]:
+            return f"acceleration of {norm:.2f} at standstill: in g? expected m/s^2, 9.8 or (without gravity) 0"
+        return ""
 
     def add_imu(self, time: float, message: Any) -> None:
         """Adds a valid IMU message."""
@@ -120,7 +144,11 @@ class StateSource:
 
     def add_command(self, speed: float, steering_angle: float) -> None:
         """Adds a commanded speed [m/s] and steering angle [rad]."""
-        self.commanded = (speed, steering_angle)
+        self.commanded = self._in_effect = (speed, steering_angle)
+
+    def release(self) -> None:
+        """The node does not drive: what the car is told is not known."""
+        self._in_effect = UNKNOWN
 
     def now(self) -> tuple[float, float, float]:
         """Speed [m/s], yaw rate [rad/s] and steering angle [rad]; without a measured angle, the last commanded one."""

@@ -27,10 +27,10 @@ def twist(speed: float, yaw_rate: float = 0.0) -> Any:
     return SimpleNamespace(linear=SimpleNamespace(x=speed), angular=SimpleNamespace(z=yaw_rate))
 
 
-def imu(yaw_rate: float, forward: float = 0.0, covariance: float = 0.0) -> Any:
+def imu(yaw_rate: float, forward: float = 0.0, covariance: float = 0.0, up: float = 9.81) -> Any:
     return SimpleNamespace(
         angular_velocity=SimpleNamespace(z=yaw_rate),
-        linear_acceleration=SimpleNamespace(x=forward, y=0.0),
+        linear_acceleration=SimpleNamespace(x=forward, y=0.0, z=up),
         linear_acceleration_covariance=[covariance] * 9,
     )
 
@@ -91,3 +91,46 @@ def test_the_estimate_uses_the_car_of_the_setup():
             one.add_odometry(0.02 * i, twist(1.0))
     assert slow.now()[2] < 0.5 * state.now()[2]
     assert math.isfinite(slow.now()[0])
+
+
+def test_a_car_that_the_node_does_not_drive_is_not_expected_to_follow_its_last_command():
+    state = source(True)
+    state.add_command(0.0, 0.0)
+    state.release()
+    for i in range(1, 501):
+        state.add_imu(0.02 * i, imu(1.5, covariance=NO_ACCELEROMETER))
+        state.add_odometry(0.02 * i, twist(2.0))
+    speed, yaw_rate, _ = state.now()
+    assert speed == pytest.approx(2.0, abs=0.05)
+    assert yaw_rate == pytest.approx(1.5, abs=0.05)
+
+
+def test_changed_parameters_keep_the_estimate_and_switching_it_off_and_on_forgets_it():
+    state = source(True)
+    roll(state, 2.0, 2.0)
+    state._node.values["state_estimate.gate"] = 5.0
+    state.set_estimate()
+    assert state.now()[0] == pytest.approx(2.0, abs=0.02)
+    for enabled in (False, True):
+        state._node.values["state_estimate.enabled"] = enabled
+        state.set_estimate()
+    assert state.now()[0] == 0.0
+
+
+def test_without_an_imu_the_yaw_rate_of_the_odometry_is_no_gyro():
+    state = source(True, imu_topic="")
+    state.add_command(2.0, 0.0)
+    for i in range(1, 101):
+        state.add_odometry(0.02 * i, twist(2.0, 1.0))
+    assert state.now()[1] == pytest.approx(0.0, abs=0.02)
+    assert source(False, imu_topic="").now()[1] == 0.0
+
+
+def test_an_acceleration_in_g_is_refused_at_standstill():
+    state = source(True)
+    state.add_odometry(0.0, twist(0.0))
+    assert "in g?" in state.imu_reason(imu(0.0, up=1.0))
+    assert state.imu_reason(imu(0.0, up=9.81)) == state.imu_reason(imu(0.0, up=0.0)) == ""
+    state.add_odometry(0.1, twist(2.0))
+    assert state.imu_reason(imu(0.0, forward=1.0, up=0.0)) == ""
+    assert "not finite" in state.imu_reason(imu(math.nan))
