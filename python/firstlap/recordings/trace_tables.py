@@ -165,6 +165,7 @@ TABLES: dict[str, tuple[Table, ...]] = {
                 Column("sections.last", ("last",), (INT,)),
                 Column("sections.nearest", ("nearest",)),
                 Column("sections.length", ("length",)),
+                Column("sections.angle", ("angle",)),
                 Column("sections.status", ("status",), (FLAG,)),
             ),
         ),
