@@ -19,6 +19,7 @@ Values = dict[tuple[str, str], Value]
 REMOVED = {
     "block_overlap": "is now block_clearance",
     "response_time": "was removed; it follows from car.speed_delay and car.speed_gain",
+    "slip_sigma": "is now model_acceleration_sigma",
     "servo_time": "was removed; it is car.servo_time_constant",
     "far_sigma": "was removed with its rule",
     "behind_score": "was removed with its rule",
