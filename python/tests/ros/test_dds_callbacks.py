@@ -95,7 +95,7 @@ class Bench:
         step = speed * PERIOD
         self.pose = (x + step * math.cos(middle), y + step * math.sin(middle), yaw + yaw_rate * PERIOD)
         odometry: Odometry = make.odometry(stamp, "odom", "base_link", self.pose, (speed, 0.0, yaw_rate))
-        imu: Imu = make.imu(stamp, "base_link", yaw_rate, {"forward_acceleration": 0.0, "lateral_acceleration": 0.0})
+        imu: Imu = make.imu(stamp, "base_link", yaw_rate, (0.0, 0.0))
         joints: JointState = make.joints(stamp, 0.0)
         place = make.transform(stamp, "odom", "base_link", (0.1 * i, 0.0, 0.0))
         self.call(node.on_deadman, Joy(buttons=[0, 1]))

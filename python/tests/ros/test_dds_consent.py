@@ -142,8 +142,12 @@ def test_a_latched_release_of_the_past_takes_no_stop_away(car: Any) -> None:
     new = button(car, DurabilityPolicy.VOLATILE)
     node = drive(car)
     car.until(lambda: READY in node.output and new.get_subscription_count() > 0, "it listens")
-    new.publish(Bool(data=True))
-    car.until(lambda: refused(car), "the stop is known")
+
+    def known() -> bool:
+        new.publish(Bool(data=True))  # again: the node may not have matched the publisher yet
+        return refused(car)
+
+    car.until(known, "the stop is known")
     node.send(signal.SIGKILL)
     node.wait()
     back = drive(car)
