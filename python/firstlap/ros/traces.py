@@ -61,7 +61,7 @@ class Traces:
         if self._take_turn():
             node = self._node
             why = (node.watchdog.tripped or "not armed") if node.active else "the node is not active"
-            self._send(self._header(node.state.now(), node.now(), 0.0, why, (0.0, node.state.commanded)), {})
+            self._send(self._header(node.state.now(), node.now(), 0.0, why, (0.0, node.state.commanded[1])), {})
 
     def _subscribed(self) -> set[str]:
         """Names of the topics with subscribers."""
