@@ -24,18 +24,6 @@ parameters. Rules without benefit are deleted. `firstlap ablation TRACK...` meas
   or less is 0.07 % of the failures and 0.1 % of the side changes.
 - **Lines**: lines of code that implement the rule, counted by hand.
 
-## Every rule
-
-Each rule off on its own, with what is left after the decision below.
-
-```sh
-maps="germany2022.yaml lausitzring1.yaml"
-firstlap ablation narrow corners hairpins width_step $maps --disturbed 1 --perceived 2 \\
-  --recording germany2022.npz --recording rollcage.npz --state every.jsonl --json >every.json
-```
-
-{every}
-
 ## Tracks for the decision
 
 ```sh
