@@ -60,6 +60,12 @@ LidarOption = Annotated[
     typer.Option("--lidar", metavar="LIDAR", help="rplidar_a2, ld19, ... or a YAML file; default: the car's LiDAR."),
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print a single JSON object.")]
+TracksArgument = Annotated[
+    list[str],
+    typer.Argument(
+        metavar="TRACK", help="Tracks as for `race`; all: all our tracks; random:1-20: twenty random tracks."
+    ),
+]
 SeedOption = Annotated[int, typer.Option("--seed", min=0, help="Seed of all randomness.")]
 ReverseOption = Annotated[bool, typer.Option("--reverse", help="Drive in the opposite direction.")]
 BothOption = Annotated[bool, typer.Option("--both", help="Race in both directions.")]

@@ -17,6 +17,7 @@ from firstlap.cli.common import (
     SeedOption,
     SetOption,
     SetupOption,
+    TracksArgument,
     chosen_car,
     chosen_setup,
     console,
@@ -34,12 +35,7 @@ from firstlap.tracks.library import load_track
 
 
 def estimation(
-    tracks: Annotated[
-        list[str],
-        typer.Argument(
-            metavar="TRACK", help="Tracks as for `race`; all: all our tracks; random:1-20: twenty random tracks."
-        ),
-    ],
+    tracks: TracksArgument,
     setup: SetupOption = None,
     changes: SetOption = None,
     laps: LapsOption = 2,

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Any
 
-import typer
 from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
 from rich.table import Table
@@ -18,6 +17,7 @@ from firstlap.cli.common import (
     SeedOption,
     SetOption,
     SetupOption,
+    TracksArgument,
     chosen_car,
     chosen_setup,
     console,
@@ -33,12 +33,7 @@ from firstlap.tracks.library import load_track
 
 
 def perception(
-    tracks: Annotated[
-        list[str],
-        typer.Argument(
-            metavar="TRACK", help="Tracks as for `race`; all: all our tracks; random:1-20: twenty random tracks."
-        ),
-    ],
+    tracks: TracksArgument,
     setup: SetupOption = None,
     changes: SetOption = None,
     laps: LapsOption = 1,

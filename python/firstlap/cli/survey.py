@@ -19,6 +19,7 @@ from firstlap.cli.common import (
     LidarOption,
     SetOption,
     SetupOption,
+    TracksArgument,
     chosen_car,
     chosen_options,
     chosen_setup,
@@ -37,12 +38,7 @@ from firstlap.tracks.library import list_tracks, load_track
 
 
 def survey(
-    tracks: Annotated[
-        list[str],
-        typer.Argument(
-            metavar="TRACK", help="Tracks as for `race`; all: all our tracks; random:1-20: twenty random tracks."
-        ),
-    ],
+    tracks: TracksArgument,
     driver: DriverOption = None,
     setup: SetupOption = None,
     changes: SetOption = None,
