@@ -196,6 +196,20 @@ TEST(Centerline, a_line_along_the_cars_own_trail_does_not_end) {
   EXPECT_EQ(trace(corridor(-1.0, 1.0), 2.0, trail).end, LineEnd::length);
 }
 
+TEST(Centerline, around_a_column_it_ends_where_it_meets_itself) {
+  const CarGeometry car;
+  const double radius = 0.3;
+  const double width = 1.2;
+  const Point2 center{car.wheelbase, radius + 0.5 * width};
+  LocalWalls walls;
+  for (double angle = 0.0; angle < 2.0 * scene::pi; angle += 0.2)
+    walls.left.push(center.x + radius * std::cos(angle), center.y + radius * std::sin(angle), {}, 0.0F);
+  const Centerline line = trace(walls, width);
+  EXPECT_EQ(line.end, LineEnd::turns_back);
+  EXPECT_GT(line.ahead, 3.0);
+  EXPECT_LT(line.ahead, 2.0 * scene::pi * center.y);
+}
+
 // A hairpin around the tip of the left wall, which ends beside the car: the area behind it is occluded, but the space
 // up to the line of sight past it is free.
 TEST(Centerline, around_a_tip_it_is_as_far_from_the_tip_as_from_the_outer_wall) {
