@@ -65,11 +65,17 @@ def measure_cpp() -> dict[str, Count]:
     run("gcovr", "--root", ROOT, *filters, *reports, BUILD / "cpp")
     return by_folder(
         (
-            Path(file["filename"]).relative_to("cpp/firstlap"),
+            source(file["filename"]).relative_to("cpp/firstlap"),
             Count(file["line_total"], file["line_covered"], file["branch_total"], file["branch_covered"]),
         )
         for file in json.loads(summary.read_text())["files"]
     )
+
+
+def source(name: str) -> Path:
+    """The source file, relative to the root, of a file of the report, where headers have the name of the link in the
+    build folder through which their layer includes them."""
+    return (ROOT / name).resolve().relative_to(ROOT)
 
 
 def measure_python() -> dict[str, Count]:
