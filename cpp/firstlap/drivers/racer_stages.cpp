@@ -58,8 +58,8 @@ double split_value(const SplitCandidate& candidate, const Centerline& line, cons
 // low: its centerline is short or tight, or passes something on the other side than before.
 void choose_split(const RacerMemory& memory, const Params& params, RacerWorkspace& work) noexcept {
   Trace& step = work.step;
-  step.candidates = rank_splits(step.points, step.sections, step.samples, width_of(memory, params.track_width),
-                                params.car, params.segmentation);
+  step.candidates =
+      rank_splits(step.points, step.sections, step.samples, width_of(memory, params.track_width), params.segmentation);
   double best = -1.0;
   for (std::size_t i = 0; i < step.candidates.count && best < params.centerline.line_enough; ++i) {
     const SplitCandidate& candidate = step.candidates.items[i];

@@ -62,7 +62,6 @@ struct SegmentationParams {
   double hole_cos = 0.8;
   double hole_beyond = 0.5;
   double fit_share = 0.7;
-  double both_share = 0.3;
   double sight_step = 0.5;
   double sight_cos = 0.988;
   int end_samples = 3;
@@ -120,9 +119,6 @@ struct SegmentationParams {
               "a return this much farther away than the edges makes a hole a gap"},
         Field{"fit_share", &P::fit_share, "", 0.0, 2.0,
               "gaps narrower than this share of the track width score proportionally less (0: off)"},
-        Field{"both_share", &P::both_share, "", 0.0, 1.0,
-              "a single wall around the car is a dead end if more than this share of it was on each side before (1: "
-              "off)"},
         Field{"sight_step", &P::sight_step, "m", 0.0, 30.0,
               "past the end of a wall, the next beam bounds the occluded area if it is this much longer (30: off)"},
         Field{"sight_cos", &P::sight_cos, "", 0.0, 1.0,

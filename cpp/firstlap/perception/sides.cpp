@@ -65,7 +65,6 @@ class SplitRanking {
       votes_ += std::abs(sample.vote);
       wrong_ += sample.vote < 0 ? 1.0 : 0.0;
     }
-    right_before_ = wrong_;
   }
 
   void consider(std::size_t split, double depth) noexcept {
@@ -82,20 +81,13 @@ class SplitRanking {
   [[nodiscard]] const Candidates& best() const noexcept { return best_; }
   [[nodiscard]] bool knows_sides() const noexcept { return votes_ > 0.0; }
 
-  // Whether earlier scans had enough of both sides, or nothing is known of them.
-  [[nodiscard]] bool were_both_sides() const noexcept {
-    const double left_before = votes_ - right_before_;
-    return votes_ == 0.0 || std::min(right_before_, left_before) > params_.both_share * votes_;
-  }
-
  private:
   const Buffer<SectionSample>& samples_;
   const SegmentationParams& params_;
   Candidates best_;
-  std::size_t next_ = 0;       // first sample not yet passed
-  double votes_ = 0.0;         // labels of all samples
-  double wrong_ = 0.0;         // labels that contradict the current split
-  double right_before_ = 0.0;  // labels for right
+  std::size_t next_ = 0;  // first sample not yet passed
+  double votes_ = 0.0;    // labels of all samples
+  double wrong_ = 0.0;    // labels that contradict the current split
 };
 
 // [m] Depth of the gap between two sections; none if it is too narrow for the car.
@@ -226,8 +218,7 @@ void mark_continuation(const Buffer<Section>& sections, const Buffer<SectionSamp
 }  // namespace
 
 Candidates rank_splits(const Buffer<ScanPoint>& points, const Buffer<Section>& sections,
-                       const Buffer<SectionSample>& samples, double width, const CarGeometry& car,
-                       const SegmentationParams& params) noexcept {
+                       const Buffer<SectionSample>& samples, double width, const SegmentationParams& params) noexcept {
   const std::size_t first = first_kept(sections);
   if (first == sections.size()) return {};
   SplitRanking ranking(samples, params);
@@ -247,10 +238,7 @@ Candidates rank_splits(const Buffer<ScanPoint>& points, const Buffer<Section>& s
   // A single wall that surrounds the car belongs to the side where it starts.
   if (end.y < 0.0 || ranking.knows_sides() || ranking.best().count == 0)
     ranking.consider(sections.size(), params.one_sided_score * end.range);
-  // A single wall on both sides of the car, which was on both sides before, is a dead end.
-  const bool around = start.y < 0.0 && end.y > 0.0 && start.x < car.laser_x && end.x < car.laser_x;
-  const bool dead_end = params.both_share < 1.0 && around && before == &sections[first] && ranking.were_both_sides();
-  return dead_end ? Candidates{} : ranking.best();
+  return ranking.best();
 }
 
 void split_into_sides(const Buffer<Section>& sections, const Buffer<SectionSample>& samples, const Split& split,

@@ -6,7 +6,6 @@
 #include <array>
 #include <tuple>
 
-#include "firstlap/common/car_geometry.hpp"
 #include "firstlap/common/types.hpp"
 #include "firstlap/perception/local_walls.hpp"
 #include "firstlap/perception/section_samples.hpp"
@@ -41,8 +40,7 @@ struct Candidates {
 // The best splits, ranked by the depth of the gap and the agreement with previous labels. `width` [m] is the remembered
 // track width.
 Candidates rank_splits(const Buffer<ScanPoint>& points, const Buffer<Section>& sections,
-                       const Buffer<SectionSample>& samples, double width, const CarGeometry& car,
-                       const SegmentationParams& params) noexcept;
+                       const Buffer<SectionSample>& samples, double width, const SegmentationParams& params) noexcept;
 
 // Input of split_into_sides.
 struct Split {

@@ -43,7 +43,6 @@ RULES = (
     Rule("one-sided split penalty", "one_sided_score=1", 3),
     Rule("gap width score", "fit_share=0", 2),
     Rule("hole in one wall", "hole_score=1", 32),
-    Rule("dead end", "both_share=1", 6),
     Rule("maximum gap in a wall", "chain_gap=20", 12),
     Rule("third split candidate", "split_candidates=2", 0),
     Rule("second and third split candidate", "split_candidates=1", 30),
