@@ -143,8 +143,7 @@ bool plan_path(const VehicleState& state, const RacerMemory& memory, const Param
     return false;
   const TrajectoryParams& p = params.trajectory;
   smooth_between_walls(step.line.points, params.car, p, step.smoothed);
-  const PathConditions conditions{curvature_driven(state, params), 0.5 * params.car.width + p.smoothing_margin,
-                                  params.centerline.spacing};
+  const PathConditions conditions{curvature_driven(state, params), 0.5 * params.car.width + p.smoothing_margin};
   const bool bent = minimum_curvature_path(step.line.points, conditions, params.minimum_curvature, work.control_points,
                                            step.smoothed);
   if (!bent && p.join_distance > 0.0) {

@@ -9,17 +9,8 @@
 namespace firstlap {
 namespace {
 
-constexpr double curvature_step = 0.45;        // [m] spacing of the points from which the line's curvature is computed
-constexpr double corner_behind = 1.0;          // [m] behind a control point, within which a tight corner counts
-constexpr double corner_ahead = 3.0;           // [m] ahead of a control point, within which a tight corner counts
 constexpr std::size_t min_control_points = 4;  // control points, two of which lie on the car's arc
 constexpr double overshoot = 1.6;              // over-relaxation factor: converges in a third of the passes
-constexpr double straight = 1e-3;              // [1/m]
-
-// Number of line points over `length` [m].
-std::size_t points_in(double length, double spacing) noexcept {
-  return static_cast<std::size_t>(std::max(1L, std::lround(length / spacing)));
-}
 
 // Unit normal, to the left.
 Point2 normal_at(const Buffer<Point2>& points, std::size_t i) noexcept {
@@ -27,15 +18,6 @@ Point2 normal_at(const Buffer<Point2>& points, std::size_t i) noexcept {
   const Point2& b = points[std::min(i + 1, points.size() - 1)];
   const double length = std::max(distance(a, b), 1e-9);
   return {(a.y - b.y) / length, (b.x - a.x) / length};
-}
-
-// Curvature of the circle through point i and the points `beside` before and after; left positive.
-double curvature_at(const Buffer<Point2>& points, std::size_t i, std::size_t beside) noexcept {
-  const Point2& a = points[i > beside ? i - beside : 0];
-  const Point2& b = points[i];
-  const Point2& c = points[std::min(i + beside, points.size() - 1)];
-  const double cross = (b.x - a.x) * (c.y - b.y) - (b.y - a.y) * (c.x - b.x);
-  return 2.0 * cross / std::max(distance(a, b) * distance(b, c) * distance(a, c), 1e-9);
 }
 
 std::size_t nearest_to_base_link(const Buffer<Point2>& points) noexcept {
@@ -67,22 +49,6 @@ void limit_offsets(const Buffer<CenterlinePoint>& line, const Buffer<Point2>& po
   for (std::size_t j = i + 1; j < points.size() && distance(points[j], points[i]) <= reach; ++j) narrow(j);
   control_point.low = std::min(control_point.low, 0.0);
   control_point.high = std::max(control_point.high, 0.0);
-}
-
-// If the line ahead turns almost as tightly as the car can, the path must not cut to the inside of it.
-void limit_in_tight_corners(const Buffer<Point2>& points, std::size_t i, double spacing, double radius,
-                            ControlPoint& control_point) noexcept {
-  const std::size_t before = points_in(corner_behind, spacing);
-  const std::size_t end = std::min(i + points_in(corner_ahead, spacing), points.size());
-  double to_left = straight;
-  double to_right = straight;
-  for (std::size_t j = i > before ? i - before : 0; j < end; ++j) {
-    const double curvature = curvature_at(points, j, points_in(curvature_step, spacing));
-    to_left = std::max(to_left, curvature);
-    to_right = std::max(to_right, -curvature);
-  }
-  if (to_left * radius > 1.0) control_point.high = 0.0;
-  if (to_right * radius > 1.0) control_point.low = 0.0;
 }
 
 // Minimizes the integral of squared curvature by relaxation. The first two control points are fixed.
@@ -145,7 +111,6 @@ bool minimum_curvature_path(const Buffer<CenterlinePoint>& line, const PathCondi
     control_point.on_line = points[i];
     control_point.normal = normal_at(points, i);
     limit_offsets(line, points, i, 0.5 * params.bend_spacing, conditions.clearance, control_point);
-    limit_in_tight_corners(points, i, conditions.spacing, params.bend_radius, control_point);
     // The track beyond the end of the line is unknown: toward the end the path returns to the line.
     const double share = std::min(1.0, left / params.bend_sight);
     control_point.low *= share;

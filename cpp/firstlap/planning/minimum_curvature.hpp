@@ -28,7 +28,6 @@ struct ControlPoint {
 struct PathConditions {
   double curvature = 0.0;  // [1/m] curvature of the arc that the car is driving
   double clearance = 0.0;  // [m] minimum distance of base_link from the walls
-  double spacing = 0.0;    // [m] of the centerline points
 };
 
 // `points`: the smoothed centerline, one point for each of `line`; replaced by the control points of the path, the

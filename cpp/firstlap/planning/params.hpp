@@ -133,7 +133,6 @@ struct MinimumCurvatureParams {
   double bend_spacing = 1.0;
   double bend_lead = 0.33;
   double bend_sight = 4.0;
-  double bend_radius = 1.2;
 
   static constexpr auto fields() {
     using P = MinimumCurvatureParams;
@@ -145,8 +144,6 @@ struct MinimumCurvatureParams {
               "distance from base_link over which the path follows the current arc of the car"},
         Field{"bend_sight", &P::bend_sight, "m", 0.1, 20.0,
               "distance at the end of the centerline over which the path returns to it"},
-        Field{"bend_radius", &P::bend_radius, "m", 0.0, 10.0,
-              "no corner cutting if the centerline ahead has a smaller radius than this"},
     };
   }
 };

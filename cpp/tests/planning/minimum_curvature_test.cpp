@@ -50,9 +50,8 @@ Result optimize(const Buffer<CenterlinePoint>& line, const MinimumCurvatureParam
   params.trajectory.smoothing_margin = margin;
   smooth_between_walls(line, params.car, params.trajectory, result.smoothed);
   result.points.assign(result.smoothed.span());
-  result.found = minimum_curvature_path(
-      line, {curvature, 0.5 * params.car.width + params.trajectory.smoothing_margin, params.centerline.spacing},
-      params.minimum_curvature, result.control_points, result.points);
+  result.found = minimum_curvature_path(line, {curvature, 0.5 * params.car.width + params.trajectory.smoothing_margin},
+                                        params.minimum_curvature, result.control_points, result.points);
   return result;
 }
 
@@ -135,18 +134,6 @@ TEST(MinimumCurvature, no_control_point_comes_closer_to_a_wall_than_the_margin) 
       ASSERT_LE(off, clearance + 0.02) << scene::how_to_repeat(seed, run);  // the medial line is a polyline
     }
   }
-}
-
-TEST(MinimumCurvature, a_tight_corner_is_not_cut) {
-  const scene::Course course = scene::Course{}.straight(6.0).turn(1.05, std::numbers::pi).straight(6.0);
-  const auto line = line_of(course, 1.1, 14.0, 2.0, {4.0, 0.0, 0.0});
-  const auto result = optimize(line, with_passes());
-  ASSERT_TRUE(result.found);
-  for (std::size_t i = 2; i < 7; ++i)
-    EXPECT_LE(result.control_points[i].high, 0.0) << i;  // the corner and 3 m before it
-  auto cutting = with_passes();
-  cutting.bend_radius = 0.0;
-  EXPECT_GT(optimize(line, cutting).control_points[4].high, 0.0);
 }
 
 TEST(MinimumCurvature, toward_the_end_of_the_line_the_path_returns_to_it) {

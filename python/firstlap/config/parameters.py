@@ -24,6 +24,7 @@ REMOVED = {
     "far_sigma": "was removed with its rule",
     "behind_score": "was removed with its rule",
     "end_step": "was removed with its rule",
+    "bend_radius": "was removed with its rule",
     "both_share": "was removed with its rule",
 }
 """Former parameters, and what to tell who still sets them."""

@@ -118,7 +118,6 @@ KEPT = {
     "other splits only if the first is short": "of several candidates, of which there is one",
     "width: ignore wide pairs": "the paper's range of widths",
     "wall end supports nothing beyond it": "how a side is representative, which the paper leaves open",
-    "do not cut tight bends": "of the minimum curvature path, which is off",
 }
 """Rules that are on in the paper's setups, and why."""
 

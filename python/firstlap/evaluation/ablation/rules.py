@@ -73,7 +73,6 @@ RULES = (
     Rule("Opheim", "opheim_min=0", 38, published=True),
     Rule("curvature held at the end", "end_hold=0", 5),
     Rule("minimum-curvature path", "bend_passes=0", 140),
-    Rule("do not cut tight bends", "bend_radius=0", 18),
     Rule("hold the previous path", "hold_time=0", 8),
     Rule("speed scale", "scale_limit=0", 150),
     Rule("steady-state yaw", "k_ag=0", 1),
