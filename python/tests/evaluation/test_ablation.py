@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import json
+from dataclasses import replace
 
 import pytest
 
@@ -53,6 +54,15 @@ def test_a_rule_is_raced_against_all_rules_and_a_state_file_saves_racing_again(p
     again._race = never
     again.run()
     assert again.to_dict() == first.to_dict()
+
+
+def test_a_state_file_of_a_larger_plan_counts_only_what_is_planned(plan, tmp_path):
+    state = tmp_path / "state.jsonl"
+    car = load_car("default")
+    Ablation(replace(plan, seeds=2), car, chosen_rules(["join"]), state).run()
+    smaller = Ablation(plan, car, chosen_rules(["join"]), state)
+    smaller.run()
+    assert [row["race"]["cases"] for row in smaller.to_dict()["rules"]] == [2, 2]
 
 
 def test_a_rule_that_a_setup_has_off_is_not_measured_and_counts_as_all_rules(plan):

@@ -7,7 +7,7 @@ import math
 import os
 import statistics
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence, Set
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, field
 from functools import partial
@@ -105,9 +105,9 @@ class Ablation:
         """Runs the measurements that are not in the state file; `done` is called in this thread after each. If
         interrupted, finished measurements are kept. Raises InputError for a damaged state file.
         """
-        self._read_state()
-        pool = ThreadPoolExecutor(max_workers=os.cpu_count())
         jobs = list(self.jobs())
+        self._read_state({job.key for job in jobs})
+        pool = ThreadPoolExecutor(max_workers=os.cpu_count())
         try:
             futures = {pool.submit(job.run): job for job in jobs if job.key not in self.found}
             for job in jobs:
@@ -122,12 +122,14 @@ class Ablation:
             self._stop.set()
             pool.shutdown(wait=True, cancel_futures=True)
 
-    def _read_state(self) -> None:
+    def _read_state(self, planned: Set[str]) -> None:
+        """Takes over the results of planned measurements; the file may hold those of other plans, too."""
         if self.state is None or not self.state.exists():
             return
         try:
             lines = self.state.read_text().splitlines()
-            self.found.update(dict([json.loads(line) for line in lines]))
+            results = dict([json.loads(line) for line in lines])
+            self.found.update({key: result for key, result in results.items() if key in planned})
         except (ValueError, TypeError) as error:
             raise InputError(
                 f"{self.state}: is not a state file of an ablation ({error}); delete it or use another file"
