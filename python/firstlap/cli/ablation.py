@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 from firstlap.cli.common import (
@@ -16,68 +15,76 @@ from firstlap.cli.common import (
     LidarOption,
     chosen_car,
     console,
+    counting_bar,
     fail,
     note,
     print_json,
-    progress_bar,
 )
 from firstlap.cli.survey import expand
 from firstlap.common.errors import InputError
 from firstlap.common.version import __version__
-from firstlap.config.setup_file import DEFAULT_SETUP, LOCAL, load_setup
+from firstlap.config.setup_file import DEFAULT_SETUP, LOCAL, Setup, load_setup
 from firstlap.recordings.recording import Recording
 from firstlap.tracks.library import load_track
 
 if TYPE_CHECKING:
-    from firstlap.evaluation.ablation.measure import Job
+    from firstlap.evaluation.ablation.measure import Ablation, Job
 
 DEFAULT_SETUPS = (DEFAULT_SETUP, "brisk")
 PAPER, FULL = "paper_base", "base"
 """First and last setup of --from-paper."""
 
+TracksArgument = Annotated[
+    list[str], typer.Argument(metavar="TRACK", help="Tracks as for `survey`, raced in both directions.")
+]
+RulesOption = Annotated[list[str] | None, typer.Option("--rule", metavar="NAME", help="Only this rule; repeatable.")]
+AtOnceOption = Annotated[bool, typer.Option("--together", help="Turn the rules of --rule off together, as one row.")]
+FromPaperOption = Annotated[
+    bool,
+    typer.Option("--from-paper", help="Start from paper_base and turn our additions on, one more in each row."),
+]
+SetupsOption = Annotated[
+    list[str] | None,
+    typer.Option("--setup", metavar="SETUP", help=f"Repeatable; default: {' and '.join(DEFAULT_SETUPS)}."),
+]
+DisturbedOption = Annotated[
+    int,
+    typer.Option("--disturbed", min=0, help="Number of tracks, from the first on, also raced with disturbances."),
+]
+PerceivedOption = Annotated[
+    int,
+    typer.Option("--perceived", min=0, help="Number of tracks, from the first on, on which perception is evaluated."),
+]
+RecordingsOption = Annotated[
+    list[Path] | None,
+    typer.Option("--recording", metavar="FILE", help="Recording, replayed as by `replay`; repeatable."),
+]
+LapsOption = Annotated[int, typer.Option("--laps", min=1, max=100, help="Laps per race.")]
+SeedsOption = Annotated[int, typer.Option("--seeds", min=1, max=100, help="Races per case, seeds 1 to K.")]
+PlacesOption = Annotated[int, typer.Option("--places", min=1, max=100, help="Places of sudden obstacles per lap.")]
+QuickOption = Annotated[
+    bool, typer.Option("--quick", help="Races only: no disturbances, no perception, no recordings.")
+]
+StateOption = Annotated[
+    Path | None,
+    typer.Option("--state", metavar="FILE", help="File that keeps the results, to resume an interrupted run."),
+]
+
 
 def ablation(
-    tracks: Annotated[
-        list[str], typer.Argument(metavar="TRACK", help="Tracks as for `survey`, raced in both directions.")
-    ],
-    rules: Annotated[
-        list[str] | None, typer.Option("--rule", metavar="NAME", help="Only this rule; repeatable.")
-    ] = None,
-    at_once: Annotated[
-        bool, typer.Option("--together", help="Turn the rules of --rule off together, as one row.")
-    ] = False,
-    from_paper: Annotated[
-        bool,
-        typer.Option("--from-paper", help="Start from paper_base and turn our additions on, one more in each row."),
-    ] = False,
-    setups: Annotated[
-        list[str] | None,
-        typer.Option("--setup", metavar="SETUP", help=f"Repeatable; default: {' and '.join(DEFAULT_SETUPS)}."),
-    ] = None,
-    disturbed: Annotated[
-        int,
-        typer.Option("--disturbed", min=0, help="Number of tracks, from the first on, also raced with disturbances."),
-    ] = 2,
-    perceived: Annotated[
-        int,
-        typer.Option(
-            "--perceived", min=0, help="Number of tracks, from the first on, on which perception is evaluated."
-        ),
-    ] = 2,
-    recordings: Annotated[
-        list[Path] | None,
-        typer.Option("--recording", metavar="FILE", help="Recording, replayed as by `replay`; repeatable."),
-    ] = None,
-    laps: Annotated[int, typer.Option("--laps", min=1, max=100, help="Laps per race.")] = 1,
-    seeds: Annotated[int, typer.Option("--seeds", min=1, max=100, help="Races per case, seeds 1 to K.")] = 1,
-    places: Annotated[int, typer.Option("--places", min=1, max=100, help="Places of sudden obstacles per lap.")] = 2,
-    quick: Annotated[
-        bool, typer.Option("--quick", help="Races only: no disturbances, no perception, no recordings.")
-    ] = False,
-    state: Annotated[
-        Path | None,
-        typer.Option("--state", metavar="FILE", help="File that keeps the results, to resume an interrupted run."),
-    ] = None,
+    tracks: TracksArgument,
+    rules: RulesOption = None,
+    at_once: AtOnceOption = False,
+    from_paper: FromPaperOption = False,
+    setups: SetupsOption = None,
+    disturbed: DisturbedOption = 2,
+    perceived: PerceivedOption = 2,
+    recordings: RecordingsOption = None,
+    laps: LapsOption = 1,
+    seeds: SeedsOption = 1,
+    places: PlacesOption = 2,
+    quick: QuickOption = False,
+    state: StateOption = None,
     car: CarOption = "default",
     lidar: LidarOption = None,
     as_json: JsonOption = False,
@@ -89,12 +96,7 @@ def ablation(
     the_car = chosen_car(car, lidar)
     loaded = {spec: load_track(spec) for spec in expand(tracks)}
     specs = list(loaded)
-    if from_paper and (setups or rules or at_once):
-        raise InputError("--from-paper: takes neither --setup, --rule nor --together; it goes from paper_base to base")
-    chosen = [load_setup(name) for name in ([PAPER] if from_paper else setups or DEFAULT_SETUPS)]
-    for setup in chosen:
-        if setup.driver != LOCAL:
-            raise InputError(f"--setup {setup.name}: is for driver {setup.driver}; expected one for {LOCAL}")
+    chosen = _setups(setups, from_paper, rules, at_once)
     plan = Plan(
         setups=chosen,
         tracks=loaded,
@@ -105,13 +107,33 @@ def ablation(
         seeds=seeds,
         places=places,
     )
-    if at_once and not rules:
-        raise InputError("--together: which rules? Expected two or more of --rule")
     off = additions(chosen[0], load_setup(FULL)) if from_paper else chosen_rules(rules)
     study = Ablation(plan, the_car, [together(off)] if at_once else off, state, PAPER if from_paper else REFERENCE)
-    interrupted = False
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with progress_bar(*columns) as bar:
+    interrupted = _measure(study)
+    found = {"version": __version__, "from_paper": from_paper, **study.to_dict(), "interrupted": interrupted}
+    if as_json:
+        print_json(found)
+    else:
+        _print(found)
+    return fail(f"interrupted after {len(study.found)} measurements", 130) if interrupted else 0
+
+
+def _setups(names: list[str] | None, from_paper: bool, rules: list[str] | None, at_once: bool) -> list[Setup]:
+    """The setups to measure. Raises InputError, also for options that contradict each other."""
+    if from_paper and (names or rules or at_once):
+        raise InputError("--from-paper: takes neither --setup, --rule nor --together; it goes from paper_base to base")
+    if at_once and not rules:
+        raise InputError("--together: which rules? Expected two or more of --rule")
+    chosen = [load_setup(name) for name in ([PAPER] if from_paper else names or DEFAULT_SETUPS)]
+    for setup in chosen:
+        if setup.driver != LOCAL:
+            raise InputError(f"--setup {setup.name}: is for driver {setup.driver}; expected one for {LOCAL}")
+    return chosen
+
+
+def _measure(study: Ablation) -> bool:
+    """Measures everything; returns whether it was interrupted."""
+    with counting_bar() as bar:
         task = bar.add_task("measuring", total=sum(1 for _ in study.jobs()))
 
         def done(job: Job) -> None:
@@ -120,13 +142,8 @@ def ablation(
         try:
             study.run(done)
         except KeyboardInterrupt:
-            interrupted = True
-    found = {"version": __version__, "from_paper": from_paper, **study.to_dict(), "interrupted": interrupted}
-    if as_json:
-        print_json(found)
-    else:
-        _print(found)
-    return fail(f"interrupted after {len(study.found)} measurements", 130) if interrupted else 0
+            return True
+    return False
 
 
 def _read(paths: list[Path]) -> list[Recording]:

@@ -12,10 +12,11 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, Progress, ProgressColumn, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, TextColumn, TimeRemainingColumn
 
 from firstlap.cli.process import best_effort_stderr
 from firstlap.common.errors import InputError
+from firstlap.common.files import LOGS, check_writable
 from firstlap.config.car_file import Car, load_car, with_lidar
 from firstlap.config.driver_kind import DRIVERS
 from firstlap.config.setup_file import Setup, choose_setup
@@ -118,6 +119,16 @@ def refuse(options: Mapping[str, object], where: str) -> None:
             raise InputError(f"{name}: has no effect {where}")
 
 
+def check_outputs(plot: Path | None = None, record: Path | None = None) -> None:
+    """Raises InputError before the work if the file of --plot or --record cannot be written."""
+    from firstlap.plots.primitives import PICTURE_SUFFIXES
+
+    if plot is not None:
+        check_writable(plot, PICTURE_SUFFIXES)
+    if record is not None:
+        check_writable(record, LOGS)
+
+
 def draw(plot: Path | None, write: Callable[[Path], object], as_json: bool) -> None:
     """Writes the plot of --plot; called after the results are printed, so that a failure does not lose them.
     Raises InputError."""
@@ -145,6 +156,11 @@ def progress_bar(*columns: str | ProgressColumn) -> Iterator[Progress]:
     layout = columns or (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
     with Progress(*layout, console=Console(stderr=True), transient=True, disable=not on_terminal) as bar:
         yield bar
+
+
+def counting_bar() -> Any:
+    """A progress bar that counts, with the remaining time."""
+    return progress_bar(TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
 
 
 def note(text: str) -> None:

@@ -8,7 +8,6 @@ from typing import Annotated, Any
 
 import typer
 from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 from firstlap.cli.common import (
@@ -20,15 +19,16 @@ from firstlap.cli.common import (
     LidarOption,
     ReverseOption,
     TrackArgument,
+    check_outputs,
     chosen_car,
     chosen_options,
     console,
+    counting_bar,
     described_options,
     draw,
     fail,
     note,
     print_json,
-    progress_bar,
 )
 from firstlap.common.files import check_writable
 from firstlap.common.text import counted, short_name
@@ -41,39 +41,44 @@ PIPE_WIDTH = 180
 WORDS_WIDTH = 14
 """Least columns of the text that wraps."""
 
+DriversOption = Annotated[
+    str | None,
+    typer.Option(
+        "--drivers",
+        metavar="A,B:SETUP",
+        help="Drivers, each with an optional setup; default: all, local also with brisk and race.",
+    ),
+]
+SeedsOption = Annotated[int, typer.Option("--seeds", min=1, max=10_000, help="Races per driver, seeds 1 to K.")]
+JobsOption = Annotated[int | None, typer.Option("--jobs", min=1, max=1024, help="Parallel races; default: all cores.")]
+PlotOption = Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Plot lines, laps and speeds.")]
+ReportOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--report",
+        metavar="FILE",
+        help="Write a report (.md or .html) with everything needed to reproduce the result.",
+    ),
+]
+StoreOption = Annotated[
+    Path | None, typer.Option("--store", metavar="FOLDER", help="Folder that caches races for later runs.")
+]
+
 
 def compare(
     track: TrackArgument,
-    drivers: Annotated[
-        str | None,
-        typer.Option(
-            "--drivers",
-            metavar="A,B:SETUP",
-            help="Drivers, each with an optional setup; default: all, local also with brisk and race.",
-        ),
-    ] = None,
+    drivers: DriversOption = None,
     laps: LapsOption = 10,
-    seeds: Annotated[int, typer.Option("--seeds", min=1, max=10_000, help="Races per driver, seeds 1 to K.")] = 5,
+    seeds: SeedsOption = 5,
     reverse: ReverseOption = False,
     car: CarOption = "default",
     lidar: LidarOption = None,
     latency: LatencyOption = "measured",
     conditions: ConditionOption = None,
-    jobs: Annotated[
-        int | None, typer.Option("--jobs", min=1, max=1024, help="Parallel races; default: all cores.")
-    ] = None,
-    plot: Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Plot lines, laps and speeds.")] = None,
-    report: Annotated[
-        Path | None,
-        typer.Option(
-            "--report",
-            metavar="FILE",
-            help="Write a report (.md or .html) with everything needed to reproduce the result.",
-        ),
-    ] = None,
-    store: Annotated[
-        Path | None, typer.Option("--store", metavar="FOLDER", help="Folder that caches races for later runs.")
-    ] = None,
+    jobs: JobsOption = None,
+    plot: PlotOption = None,
+    report: ReportOption = None,
+    store: StoreOption = None,
     as_json: JsonOption = False,
 ) -> int:
     """Compare drivers on a track: lap time, success, clearance, compute time. Exit code 0 if every race finished."""
@@ -121,19 +126,16 @@ def compare(
 def _check_files(plot: Path | None, report: Path | None) -> None:
     """Raises InputError before the races if an output file cannot be written."""
     from firstlap.evaluation.compare.report import REPORTS
-    from firstlap.plots.primitives import PICTURE_SUFFIXES
 
-    if plot:
-        check_writable(plot, PICTURE_SUFFIXES)
+    check_outputs(plot)
     if report:
         check_writable(report, REPORTS)
 
 
 def drive_with_progress(comparison: Any) -> bool:
     """Runs the races with a progress bar; returns whether they were interrupted."""
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     failed = 0
-    with progress_bar(*columns) as bar:
+    with counting_bar() as bar:
         task = bar.add_task("racing", total=comparison.races)
         preparation: dict[str, Any] = {}
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 from firstlap.cli.common import (
@@ -18,20 +18,34 @@ from firstlap.cli.common import (
     SetOption,
     SetupOption,
     TracksArgument,
+    check_outputs,
     chosen_car,
     chosen_setup,
     console,
+    counting_bar,
     draw,
+    fail,
     print_json,
-    progress_bar,
 )
 from firstlap.cli.survey import expand
 from firstlap.common.errors import InputError
-from firstlap.common.files import check_writable
 from firstlap.common.text import counted
 from firstlap.common.version import __version__
 from firstlap.config.driver_kind import driver_kind
 from firstlap.tracks.library import load_track
+from firstlap.tracks.track import Track
+
+if TYPE_CHECKING:
+    from firstlap.evaluation.estimation.cases import Case
+    from firstlap.evaluation.estimation.drive import Drive
+
+CaseOption = Annotated[
+    str | None, typer.Option("--case", metavar="NAME", help="Only this case: clean, bias, slip, lock or all.")
+]
+PlotOption = Annotated[
+    Path | None,
+    typer.Option("--plot", metavar="FILE", help="Plot the last race over time; needs --case."),
+]
 
 
 def estimation(
@@ -41,56 +55,72 @@ def estimation(
     laps: LapsOption = 2,
     seed: SeedOption = 1,
     car: CarOption = "default",
-    case: Annotated[
-        str | None, typer.Option("--case", metavar="NAME", help="Only this case: clean, bias, slip, lock or all.")
-    ] = None,
-    plot: Annotated[
-        Path | None,
-        typer.Option("--plot", metavar="FILE", help="Plot the last race over time; needs --case."),
-    ] = None,
+    case: CaseOption = None,
+    plot: PlotOption = None,
     as_json: JsonOption = False,
 ) -> int:
     """Race with the state estimate, and compare it and the measured values with the truth at every scan.
 
     The cases are described in docs/estimation.md. Exit code 0 if every race finished, 1 otherwise.
     """
-    from firstlap.evaluation.estimation.cases import CASES
-    from firstlap.evaluation.estimation.drive import drive, errors
+    from firstlap.evaluation.estimation.drive import drive
     from firstlap.evaluation.estimation.plot import plot_drive
-    from firstlap.plots.primitives import PICTURE_SUFFIXES
 
-    names = [one.name for one in CASES]
-    if case is not None and case not in names:
-        raise InputError(f"--case {case[:60]}: no such case; available: {', '.join(names)}")
-    if plot is not None:
-        if case is None:
-            raise InputError("--plot: needs --case, whose race it shows")
-        check_writable(plot, PICTURE_SUFFIXES)
+    cases = _cases(case)
+    if plot is not None and case is None:
+        raise InputError("--plot: needs --case, whose race it shows")
+    check_outputs(plot)
     chosen, the_car = chosen_setup(setup, changes), chosen_car(car, None)
     if driver_kind(chosen.driver).needs_map:
         raise InputError(f"driver {chosen.driver}: needs a map; expected a driver without one")
-    cases = [one for one in CASES if case in (None, one.name)]
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    rows, shown = [], None
-    with progress_bar(*columns) as bar:
-        loaded = {spec: load_track(spec) for spec in expand(tracks)}
-        task = bar.add_task("racing", total=len(cases) * len(loaded))
-        for one in cases:
-            drives = []
-            for track in loaded.values():
-                drives.append(drive(track, chosen, the_car, one, laps=laps, seed=seed))
-                bar.advance(task)
-            rows.append(errors(drives))
-            shown = drives[-1]
+    loaded = {spec: load_track(spec) for spec in expand(tracks)}
+    rows, shown, interrupted = _drive(
+        cases, list(loaded.values()), lambda track, one: drive(track, chosen, the_car, one, laps=laps, seed=seed)
+    )
     if as_json:
         print_json({"version": __version__, "setup": chosen.name, "car": the_car.name, "tracks": list(loaded),
-                    "laps": laps, "seed": seed, "cases": rows})  # fmt: skip
+                    "laps": laps, "seed": seed, "interrupted": interrupted, "cases": rows})  # fmt: skip
     else:
         print_table(f"setup {chosen.name}, {counted(laps, 'lap')} of {', '.join(loaded)}", rows)
     if shown is not None:
         title = f"{list(loaded)[-1]}, setup {chosen.name}: {shown.case.description}"
         draw(plot, lambda path: plot_drive(shown, title, path), as_json)
+    if interrupted:
+        return fail(f"interrupted after {len(rows)} of {counted(len(cases), 'case')}", 130)
     return 0 if all(row["finished"] == row["races"] for row in rows) else 1
+
+
+def _cases(name: str | None) -> list[Case]:
+    """The case of this name, or all. Raises InputError."""
+    from firstlap.evaluation.estimation.cases import CASES
+
+    names = [one.name for one in CASES]
+    if name is not None and name not in names:
+        raise InputError(f"--case {name[:60]}: no such case; available: {', '.join(names)}")
+    return [one for one in CASES if name in (None, one.name)]
+
+
+def _drive(
+    cases: list[Case], tracks: list[Track], race: Callable[[Track, Case], Drive]
+) -> tuple[list[dict[str, Any]], Drive | None, bool]:
+    """The errors in each finished case, the last race, and whether the races were interrupted."""
+    from firstlap.evaluation.estimation.drive import errors
+
+    rows: list[dict[str, Any]] = []
+    last = None
+    with counting_bar() as bar:
+        task = bar.add_task("racing", total=len(cases) * len(tracks))
+        try:
+            for case in cases:
+                drives = []
+                for track in tracks:
+                    drives.append(race(track, case))
+                    bar.advance(task)
+                rows.append(errors(drives))
+                last = drives[-1]
+        except KeyboardInterrupt:
+            return rows, last, True
+    return rows, last, False
 
 
 def print_table(title: str, rows: list[dict[str, Any]]) -> None:

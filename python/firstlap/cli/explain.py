@@ -15,6 +15,7 @@ from firstlap.cli.common import (
     ReverseOption,
     SeedOption,
     SetOption,
+    check_outputs,
     chosen_car,
     chosen_setup,
     console,
@@ -38,21 +39,26 @@ from firstlap.cli.recording import (
     topics_of,
 )
 from firstlap.common.errors import InputError
-from firstlap.common.files import check_writable
 from firstlap.explain.snapshot import StepSnapshot
 from firstlap.tracks.library import load_track
 
+WhatArgument = Annotated[
+    str | None, typer.Argument(metavar="TRACK|RECORDING", help="A track as for `race`, or with --scan a recording.")
+]
+AtOption = Annotated[float | None, typer.Option("--at", metavar="METERS", help="Distance from the start line.")]
+ScanOption = Annotated[
+    str | None,
+    typer.Option("--scan", metavar="K|FILE", help="Number of the scan in RECORDING (-1: last), or the recording."),
+]
+IndexOption = Annotated[int, typer.Option("--index", metavar="K", help="Number of the scan in --scan FILE.")]
+PlotOption = Annotated[Path, typer.Option("--plot", metavar="FILE", help="Output file of the plot.")]
+
 
 def explain(
-    what: Annotated[
-        str | None, typer.Argument(metavar="TRACK|RECORDING", help="A track as for `race`, or with --scan a recording.")
-    ] = None,
-    at: Annotated[float | None, typer.Option("--at", metavar="METERS", help="Distance from the start line.")] = None,
-    scan: Annotated[
-        str | None,
-        typer.Option("--scan", metavar="K|FILE", help="Number of the scan in RECORDING (-1: last), or the recording."),
-    ] = None,
-    index: Annotated[int, typer.Option("--index", metavar="K", help="Number of the scan in --scan FILE.")] = 0,
+    what: WhatArgument = None,
+    at: AtOption = None,
+    scan: ScanOption = None,
+    index: IndexOption = 0,
     driver: DriverOption = None,
     setup: SetupOfRecording = None,
     changes: SetOption = None,
@@ -68,24 +74,21 @@ def explain(
     car: CarOfRecording = None,
     lidar: LidarOption = None,
     keep_body: KeepBody = False,
-    plot: Annotated[Path, typer.Option("--plot", metavar="FILE", help="Output file of the plot.")] = Path(
-        "explain.png"
-    ),
+    plot: PlotOption = Path("explain.png"),
 ) -> int:
     """Plot one step of a driver: scan, plan and steering terms."""
     from firstlap.explain.snapshot import explain_race, explain_recording
     from firstlap.explain.step_plots import plot_step
-    from firstlap.plots.primitives import PICTURE_SUFFIXES
 
     recording_file, index = _recording(what, at, scan, index)
-    check_writable(plot, PICTURE_SUFFIXES)
+    check_outputs(plot)
     topics = topics_of(scan_topic, odom_topic, imu_topic, drive_topic, pose_topic, speed, laser)
     if recording_file is None:
         refuse(given_options(topics, keep_body), "with a track")
         snapshot = explain_race(
             load_track(str(what)),
             chosen_setup(setup, changes, driver),
-            chosen_car(car or "default", lidar),
+            chosen_car("default" if car is None else car, lidar),
             at or 0.0,
             seed=seed,
             reverse=reverse,

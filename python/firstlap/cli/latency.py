@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -21,16 +21,20 @@ WIDTH = 40
 MIN_RATE = 5.0
 """[Hz] Rate of the slowest LiDARs."""
 
+TrackArgument = Annotated[str, typer.Argument(metavar="TRACK", help="Track whose scans are published.")]
+SecondsOption = Annotated[
+    float, typer.Option("--seconds", min=1.0, max=3600.0, help="Duration of the measurement [s].")
+]
+RateOption = Annotated[float, typer.Option("--rate", min=MIN_RATE, max=200.0, help="Scan rate [Hz].")]
+
 
 def latency(
-    track: Annotated[str, typer.Argument(metavar="TRACK", help="Track whose scans are published.")] = "arena",
+    track: TrackArgument = "arena",
     driver: DriverOption = None,
     setup: SetupOption = None,
     changes: SetOption = None,
-    seconds: Annotated[
-        float, typer.Option("--seconds", min=1.0, max=3600.0, help="Duration of the measurement [s].")
-    ] = 20.0,
-    rate: Annotated[float, typer.Option("--rate", min=MIN_RATE, max=200.0, help="Scan rate [Hz].")] = 40.0,
+    seconds: SecondsOption = 20.0,
+    rate: RateOption = 40.0,
     as_json: JsonOption = False,
 ) -> int:
     """Measure the time from scan to drive command over DDS, with a driving node in its own process."""
@@ -46,12 +50,17 @@ def latency(
     summary = found.summary()
     if as_json:
         print_json(summary)
-        return 0
+    else:
+        _print(chosen.title, rate, summary)
+    return 0
+
+
+def _print(title: str, rate: float, summary: dict[str, Any]) -> None:
     out = console()
     times, node = summary["scan_to_drive_ms"], summary["node_us"]
     answered = f"{summary['answered']} of {summary['scans']} scans answered, {summary['missed']} missed"
     answered += f", {summary['stops']} stops"
-    out.print(f"{chosen.title}, {rate:g} Hz, {answered}")
+    out.print(f"{title}, {rate:g} Hz, {answered}")
     if summary["answered"]:
         out.print("scan to drive: " + ", ".join(f"{name} {value:.2f}" for name, value in times.items()) + " ms")
     own = ", ".join(f"{name} {value}" for name, value in node.items() if "[us]" in name)
@@ -71,4 +80,3 @@ def latency(
             to = "more" if edge is None else f"{edge:g}"
             out.print(f"{low:6g} to {to:>4} ms {'█' * max(round(WIDTH * count / most), 1)} {count}")
         low = edge
-    return 0

@@ -53,49 +53,57 @@ if TYPE_CHECKING:
 LAPS = 3
 """Default of a race."""
 
+WhatArgument = Annotated[
+    str, typer.Argument(metavar="TRACK|RECORDING", help="A track as for `race`, or with --map a recording.")
+]
+MapPathOption = Annotated[
+    Path | None,
+    typer.Option("--map", metavar="MAP", help="Map for the localization; default for a track: made from a slow lap."),
+]
+SetupOption = Annotated[
+    str | None, typer.Option("--setup", metavar="SETUP", help=f"For a race: {SETUP_HELP}; default: the driver's.")
+]
+ChangesOption = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="NAME=VALUE", help="Change one parameter of localization; repeatable."),
+]
+LapsOption = Annotated[
+    int | None, typer.Option("--laps", min=1, max=100_000, help=f"For a race: number of laps; default: {LAPS}.")
+]
+WrongStartOption = Annotated[
+    float,
+    typer.Option(
+        "--wrong-start", min=0, max=10, metavar="M", help="Position error of the start pose, in any direction."
+    ),
+]
+WrongHeadingOption = Annotated[
+    float,
+    typer.Option(
+        "--wrong-heading", min=0, max=180, metavar="DEG", help="Heading error of the start pose, either sign."
+    ),
+]
+KidnapOption = Annotated[
+    float,
+    typer.Option("--kidnap", min=0, max=10, metavar="M", help="Displace the pose estimate by this, repeatedly."),
+]
+EveryOption = Annotated[
+    float, typer.Option("--every", min=0.5, max=1000, metavar="S", help="Interval of the displacements.")
+]
+
 
 def localize(
-    what: Annotated[
-        str, typer.Argument(metavar="TRACK|RECORDING", help="A track as for `race`, or with --map a recording.")
-    ],
-    map_path: Annotated[
-        Path | None,
-        typer.Option(
-            "--map", metavar="MAP", help="Map for the localization; default for a track: made from a slow lap."
-        ),
-    ] = None,
-    setup: Annotated[
-        str | None, typer.Option("--setup", metavar="SETUP", help=f"For a race: {SETUP_HELP}; default: the driver's.")
-    ] = None,
-    changes: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="NAME=VALUE", help="Change one parameter of localization; repeatable."),
-    ] = None,
-    laps: Annotated[
-        int | None, typer.Option("--laps", min=1, max=100_000, help=f"For a race: number of laps; default: {LAPS}.")
-    ] = None,
+    what: WhatArgument,
+    map_path: MapPathOption = None,
+    setup: SetupOption = None,
+    changes: ChangesOption = None,
+    laps: LapsOption = None,
     seed: SeedOption = 1,
     car: CarOption = "default",
     lidar: LidarOption = None,
-    wrong_start: Annotated[
-        float,
-        typer.Option(
-            "--wrong-start", min=0, max=10, metavar="M", help="Position error of the start pose, in any direction."
-        ),
-    ] = 0.0,
-    wrong_heading: Annotated[
-        float,
-        typer.Option(
-            "--wrong-heading", min=0, max=180, metavar="DEG", help="Heading error of the start pose, either sign."
-        ),
-    ] = 0.0,
-    kidnap: Annotated[
-        float,
-        typer.Option("--kidnap", min=0, max=10, metavar="M", help="Displace the pose estimate by this, repeatedly."),
-    ] = 0.0,
-    every: Annotated[
-        float, typer.Option("--every", min=0.5, max=1000, metavar="S", help="Interval of the displacements.")
-    ] = 3.0,
+    wrong_start: WrongStartOption = 0.0,
+    wrong_heading: WrongHeadingOption = 0.0,
+    kidnap: KidnapOption = 0.0,
+    every: EveryOption = 3.0,
     scan_topic: ScanTopic = None,
     odom_topic: OdomTopic = None,
     imu_topic: ImuTopic = None,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -15,6 +17,7 @@ from firstlap.cli.common import (
     LidarOption,
     SeedOption,
     SetupOption,
+    check_outputs,
     chosen_car,
     chosen_setup,
     console,
@@ -39,36 +42,45 @@ from firstlap.common.errors import InputError
 from firstlap.common.files import check_writable
 from firstlap.common.text import short_name
 from firstlap.common.version import __version__
+from firstlap.tracks.library import load_track
+from firstlap.tracks.track import Track
 
 if TYPE_CHECKING:
-    from firstlap.mapping.make import MapResult
+    from firstlap.config.car_file import Car
+    from firstlap.mapping.make import MappingProgress, MapResult
+    from firstlap.recordings import Recording, Topics
 
 SourceArgument = Annotated[
     str, typer.Argument(metavar="TRACK|RECORDING", help="A track as for `race`, or a recording with odometry.")
 ]
 
+OutputOption = Annotated[
+    Path, typer.Option("-o", "--output", metavar="MAP", help="Output YAML; the PGM is written next to it.")
+]
+ChangesOption = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="NAME=VALUE", help="Change one parameter of mapping; repeatable."),
+]
+CheckOption = Annotated[bool, typer.Option("--check", help="Compare the map with the track's true walls.")]
+PlotOption = Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Plot the map.")]
+
 
 def map_command(
     source: SourceArgument,
-    output: Annotated[
-        Path, typer.Option("-o", "--output", metavar="MAP", help="Output YAML; the PGM is written next to it.")
-    ],
+    output: OutputOption,
     setup: SetupOption = None,
-    changes: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="NAME=VALUE", help="Change one parameter of mapping; repeatable."),
-    ] = None,
+    changes: ChangesOption = None,
     car: CarOption = "default",
     lidar: LidarOption = None,
     seed: SeedOption = 1,
-    check: Annotated[bool, typer.Option("--check", help="Compare the map with the track's true walls.")] = False,
+    check: CheckOption = False,
     scan_topic: ScanTopic = None,
     odom_topic: OdomTopic = None,
     imu_topic: ImuTopic = None,
     drive_topic: DriveTopic = None,
     speed: SpeedOption = None,
     laser: LaserOption = None,
-    plot: Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Plot the map.")] = None,
+    plot: PlotOption = None,
     as_json: JsonOption = False,
 ) -> int:
     """Make an occupancy map from one slow lap or a recording by scan matching and loop closure."""
@@ -77,58 +89,29 @@ def map_command(
     from firstlap.mapping.make import map_observations
     from firstlap.mapping.occupancy_map import MAP_SUFFIXES, write_map
     from firstlap.mapping.parameters import map_settings
-    from firstlap.mapping.recording import check_odometry, observations
+    from firstlap.mapping.recording import observations
     from firstlap.recordings.laser import car_of
     from firstlap.recordings.paths import is_recording
 
     check_writable(output, MAP_SUFFIXES)
     check_writable(output.with_suffix(".pgm"), (".pgm",))
-    if plot:
-        from firstlap.plots.primitives import PICTURE_SUFFIXES
-
-        check_writable(plot, PICTURE_SUFFIXES)
+    check_outputs(plot)
     settings, the_car, chosen = map_settings(changes), chosen_car(car, lidar), chosen_setup(setup, None)
     topics = topics_of(scan_topic, odom_topic, imu_topic, drive_topic, None, speed, laser)
-    recording = None
-    if is_recording(source):
-        if check:
-            raise InputError(f"{source}: --check needs a track, whose true walls are known, not a recording")
-        refuse({"--lidar": lidar}, "with a recording")
-        recording = read(Path(source), topics)
-        check_odometry(recording)
-    else:
-        refuse(given_options(topics), "with a track")
-    with progress_bar() as bar:
-        task = bar.add_task("mapping", total=1.0)
-
-        def on_progress(what: str, done: float, total: float) -> None:
-            bar.update(task, description=what, completed=done, total=total)
-
-        error = None
-        result: MapResult
-        if recording is not None:
-            result = map_observations(
-                observations(recording),
-                car_of(recording, the_car),
-                name=source,
-                total=len(recording),
-                settings=settings,
-                on_progress=on_progress,
-            )
+    subject = _recording(source, topics, lidar, check) if is_recording(source) else _track(source, topics)
+    with _mapping() as on_progress:
+        if isinstance(subject, Track):
+            result = map_track(subject, chosen, the_car, seed=seed, settings=settings, on_progress=on_progress)
         else:
-            from firstlap.tracks.library import load_track
-
-            track = load_track(source)
-            result = map_track(track, chosen, the_car, seed=seed, settings=settings, on_progress=on_progress)
-            if check:
-                from firstlap.evaluation.map_accuracy import check_map, true_start
-
-                error = check_map(result.map, track, true_start(track, the_car))
+            mounted, total = car_of(subject, the_car), len(subject)
+            result = map_observations(
+                observations(subject), mounted, name=source, total=total, settings=settings, on_progress=on_progress
+            )
         picture = write_map(result.map, output)
     found: dict[str, Any] = {"version": __version__, "source": source, "map": str(output), **result.to_dict()}
-    if error:
-        found["error"] = error.to_dict()
-    remarks = (*recording.remarks, *contradictions(recording, the_car)) if recording is not None else ()
+    if check and isinstance(subject, Track):
+        found["error"] = _error(result, subject, the_car)
+    remarks = () if isinstance(subject, Track) else (*subject.remarks, *contradictions(subject, the_car))
     found["remarks"] = list(remarks)
     if as_json:
         print_json(found)
@@ -138,6 +121,43 @@ def map_command(
         _print(found, picture)
     draw(plot, lambda path: _draw(result, path, source), as_json)
     return 0
+
+
+def _recording(source: str, topics: Topics, lidar: str | None, check: bool) -> Recording:
+    """The recording to map. Raises InputError."""
+    from firstlap.mapping.recording import check_odometry
+
+    if check:
+        raise InputError(f"{source}: --check needs a track, whose true walls are known, not a recording")
+    refuse({"--lidar": lidar}, "with a recording")
+    recording = read(Path(source), topics)
+    check_odometry(recording)
+    return recording
+
+
+def _track(source: str, topics: Topics) -> Track:
+    """The track to map. Raises InputError."""
+    refuse(given_options(topics), "with a track")
+    return load_track(source)
+
+
+@contextmanager
+def _mapping() -> Iterator[MappingProgress]:
+    """Shows a progress bar; yields the callback that updates it."""
+    with progress_bar() as bar:
+        task = bar.add_task("mapping", total=1.0)
+
+        def on_progress(what: str, done: float, total: float) -> None:
+            bar.update(task, description=what, completed=done, total=total)
+
+        yield on_progress
+
+
+def _error(result: MapResult, track: Track, car: Car) -> dict[str, Any]:
+    """The deviation of the map from the track's true walls."""
+    from firstlap.evaluation.map_accuracy import check_map, true_start
+
+    return check_map(result.map, track, true_start(track, car)).to_dict()
 
 
 def _draw(result: MapResult, plot: Path, source: str) -> None:

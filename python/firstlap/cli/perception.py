@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 from firstlap.cli.common import (
@@ -21,13 +20,15 @@ from firstlap.cli.common import (
     chosen_car,
     chosen_setup,
     console,
+    counting_bar,
     fail,
     print_json,
-    progress_bar,
 )
 from firstlap.cli.survey import expand
-from firstlap.common.text import short_name
+from firstlap.common.text import counted, short_name
 from firstlap.common.version import __version__
+from firstlap.config.car_file import Car
+from firstlap.config.setup_file import Setup
 from firstlap.evaluation.survey import Run
 from firstlap.tracks.library import load_track
 
@@ -47,26 +48,11 @@ def perception(
 
     The metrics are defined in docs/perception.md. Exit code 0 if every race finished, 1 otherwise.
     """
-    from firstlap.evaluation.perception.survey import survey_perception
-
     chosen, the_car = chosen_setup(setup, changes), chosen_car(car, lidar)
-    rows: list[dict[str, Any]] = []
-    interrupted = False
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with progress_bar(*columns) as bar:
-        loaded = {spec: load_track(spec) for spec in expand(tracks)}
-        directions = (False, True) if both else (False,)
-        runs = [Run(spec, track, reverse, seed) for spec, track in loaded.items() for reverse in directions]
-        task = bar.add_task("measuring", total=len(runs))
-
-        def done(_run: Run, row: dict[str, Any]) -> None:
-            rows.append(row)
-            bar.advance(task)
-
-        try:
-            rows = survey_perception(runs, chosen, the_car, laps=laps, done=done)
-        except KeyboardInterrupt:
-            interrupted = True
+    loaded = {spec: load_track(spec) for spec in expand(tracks)}
+    directions = (False, True) if both else (False,)
+    runs = [Run(spec, track, reverse, seed) for spec, track in loaded.items() for reverse in directions]
+    rows, interrupted = _measure(runs, chosen, the_car, laps)
     found = {
         "version": __version__,
         "setup": chosen.name,
@@ -79,10 +65,28 @@ def perception(
     if as_json:
         print_json(found)
     else:
-        print_table(f"setup {chosen.name}, {laps} laps", rows)
+        print_table(f"setup {chosen.name}, {counted(laps, 'lap')}", rows)
     if interrupted:
         return fail(f"interrupted after {len(rows)} of {len(runs)} races", 130)
     return 0 if all(row["outcome"] == "finished" for row in rows) else 1
+
+
+def _measure(runs: list[Run], setup: Setup, car: Car, laps: int) -> tuple[list[dict[str, Any]], bool]:
+    """One row per race, and whether the measurement was interrupted."""
+    from firstlap.evaluation.perception.survey import survey_perception
+
+    rows: list[dict[str, Any]] = []
+    with counting_bar() as bar:
+        task = bar.add_task("measuring", total=len(runs))
+
+        def done(_run: Run, row: dict[str, Any]) -> None:
+            rows.append(row)
+            bar.advance(task)
+
+        try:
+            return survey_perception(runs, setup, car, laps=laps, done=done), False
+        except KeyboardInterrupt:
+            return rows, True
 
 
 def print_table(title: str, rows: list[dict[str, Any]]) -> None:

@@ -25,6 +25,7 @@ from firstlap.cli.common import (
     SetOption,
     SetupOption,
     TrackArgument,
+    check_outputs,
     chosen_car,
     chosen_options,
     chosen_setup,
@@ -36,13 +37,20 @@ from firstlap.cli.common import (
     progress_bar,
 )
 from firstlap.common.errors import InputError
-from firstlap.common.files import LOGS, check_writable
 from firstlap.common.text import short_name
 from firstlap.config.driver_kind import ProgressCallback
 from firstlap.config.setup_file import Setup
 from firstlap.sim.race import RaceResult, latency_options
 from firstlap.sim.race import race as run_race
 from firstlap.tracks.library import load_track
+
+TruePoseOption = Annotated[
+    bool, typer.Option("--true-pose", help="Ablation of `global`: use the simulator's true pose.")
+]
+PlotOption = Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Plot the race.")]
+RecordOption = Annotated[
+    Path | None, typer.Option("--record", metavar="FILE.mcap", help="Log the race as ROS messages.")
+]
 
 
 def race(
@@ -57,22 +65,13 @@ def race(
     lidar: LidarOption = None,
     options: ConditionOption = None,
     latency: LatencyOption = "none",
-    true_pose: Annotated[
-        bool, typer.Option("--true-pose", help="Ablation of `global`: use the simulator's true pose.")
-    ] = False,
-    plot: Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Plot the race.")] = None,
-    record: Annotated[
-        Path | None, typer.Option("--record", metavar="FILE.mcap", help="Log the race as ROS messages.")
-    ] = None,
+    true_pose: TruePoseOption = False,
+    plot: PlotOption = None,
+    record: RecordOption = None,
     as_json: JsonOption = False,
 ) -> int:
     """Race one track: lap times, clearance, and a plot. Exit code 0 if the race finished, 1 otherwise."""
-    if plot:
-        from firstlap.plots.primitives import PICTURE_SUFFIXES
-
-        check_writable(plot, PICTURE_SUFFIXES)
-    if record:
-        check_writable(record, LOGS)
+    check_outputs(plot, record)
     chosen = chosen_setup(setup, changes, driver)
     if true_pose:
         chosen = _with_true_pose(chosen)

@@ -12,7 +12,7 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from firstlap.cli.common import DriverOption, JsonOption, SetOption, console, draw, note, print_json
+from firstlap.cli.common import DriverOption, JsonOption, SetOption, check_outputs, console, draw, note, print_json
 from firstlap.cli.map_comparison import compare_with_map, print_against_map
 from firstlap.cli.recording import (
     CarOfRecording,
@@ -31,36 +31,43 @@ from firstlap.cli.recording import (
     setup_and_car,
     topics_of,
 )
-from firstlap.common.files import LOGS, check_writable
 from firstlap.common.text import UNKNOWN, counted, short_name
 from firstlap.config.setup_file import LOCAL, choose_setup
+from firstlap.recordings import Recording, Topics
+
+RecordingArgument = Annotated[
+    Path, typer.Argument(metavar="RECORDING", help="A rosbag2 folder, .mcap, .db3, .bag or .npz file.")
+]
+AgainstOption = Annotated[str | None, typer.Option("--against", metavar="SETUP", help="A second setup for comparison.")]
+BeginOption = Annotated[
+    float | None, typer.Option("--from", metavar="S", help="Start, in seconds after the first scan.")
+]
+EndOption = Annotated[float | None, typer.Option("--to", metavar="S", help="End, in seconds after the first scan.")]
+PlotOption = Annotated[
+    Path | None, typer.Option("--plot", metavar="FILE", help="Plot over time; with --map: on the map.")
+]
+MapPathOption = Annotated[
+    Path | None, typer.Option("--map", metavar="MAP", help="Compare the perception with this map; needs poses.")
+]
+RecordOption = Annotated[
+    Path | None, typer.Option("--record", metavar="FILE.mcap", help="Log scans and plans as ROS messages.")
+]
+EstimateOption = Annotated[
+    bool, typer.Option("--estimate", help="Estimate the state from wheel speed, IMU and steering angle.")
+]
 
 
 def replay(
-    recording: Annotated[
-        Path, typer.Argument(metavar="RECORDING", help="A rosbag2 folder, .mcap, .db3, .bag or .npz file.")
-    ],
+    recording: RecordingArgument,
     driver: DriverOption = None,
     setup: SetupOfRecording = None,
     changes: SetOption = None,
-    against: Annotated[
-        str | None, typer.Option("--against", metavar="SETUP", help="A second setup for comparison.")
-    ] = None,
-    begin: Annotated[
-        float | None, typer.Option("--from", metavar="S", help="Start, in seconds after the first scan.")
-    ] = None,
-    end: Annotated[
-        float | None, typer.Option("--to", metavar="S", help="End, in seconds after the first scan.")
-    ] = None,
-    plot: Annotated[
-        Path | None, typer.Option("--plot", metavar="FILE", help="Plot over time; with --map: on the map.")
-    ] = None,
-    map_path: Annotated[
-        Path | None, typer.Option("--map", metavar="MAP", help="Compare the perception with this map; needs poses.")
-    ] = None,
-    record: Annotated[
-        Path | None, typer.Option("--record", metavar="FILE.mcap", help="Log scans and plans as ROS messages.")
-    ] = None,
+    against: AgainstOption = None,
+    begin: BeginOption = None,
+    end: EndOption = None,
+    plot: PlotOption = None,
+    map_path: MapPathOption = None,
+    record: RecordOption = None,
     scan_topic: ScanTopic = None,
     odom_topic: OdomTopic = None,
     imu_topic: ImuTopic = None,
@@ -70,29 +77,20 @@ def replay(
     laser: LaserOption = None,
     car: CarOfRecording = None,
     keep_body: KeepBody = False,
-    estimate: Annotated[
-        bool, typer.Option("--estimate", help="Estimate the state from wheel speed, IMU and steering angle.")
-    ] = False,
+    estimate: EstimateOption = False,
     as_json: JsonOption = False,
 ) -> int:
     """Run the planner on a recording: what would it have commanded?"""
     from dataclasses import replace
 
     from firstlap.evaluation.replay.replay import replay as run_replay
-    from firstlap.plots.primitives import PICTURE_SUFFIXES
     from firstlap.recordings.load import load_libraries
 
     load_libraries()
-
-    if plot:
-        check_writable(plot, PICTURE_SUFFIXES)
-    if record:
-        check_writable(record, LOGS)
+    check_outputs(plot, record)
     topics = topics_of(scan_topic, odom_topic, imu_topic, drive_topic, pose_topic, speed, laser)
     other = choose_setup(None, against) if against is not None else None
-    started = time.perf_counter()
-    loaded = read(recording, topics).between(begin, end)
-    reading = time.perf_counter() - started
+    loaded, reading = _read(recording, topics, begin, end)
     chosen, loaded_car, remarks = setup_and_car(loaded, driver, setup, changes, car)
     with scans_bar() as bar:
         on_progress = scan_progress(bar, "replaying", len(loaded) * (1 if other is None else 2))
@@ -108,14 +106,25 @@ def replay(
         )
     found = replace(found, reading=reading, remarks=(*remarks, *found.remarks))
     on_map = compare_with_map(loaded, chosen, loaded_car, map_path, not keep_body) if map_path else None
-    if as_json:
-        print_json(found.to_dict() | ({"against_map": on_map.to_dict()} if on_map else {}))
-    else:
-        _print(found.to_dict(), record)
-        if on_map:
-            print_against_map(on_map.to_dict())
+    _show(found.to_dict(), on_map.to_dict() if on_map else None, record, as_json)
     draw(plot, on_map.plot if on_map else found.plot, as_json)
     return 0
+
+
+def _read(recording: Path, topics: Topics, begin: float | None, end: float | None) -> tuple[Recording, float]:
+    """This part of the recording, and how long reading took [s]. Raises InputError."""
+    started = time.perf_counter()
+    loaded = read(recording, topics).between(begin, end)
+    return loaded, time.perf_counter() - started
+
+
+def _show(found: dict[str, Any], on_map: dict[str, Any] | None, record: Path | None, as_json: bool) -> None:
+    if as_json:
+        print_json(found | ({"against_map": on_map} if on_map else {}))
+        return
+    _print(found, record)
+    if on_map:
+        print_against_map(on_map)
 
 
 def _print(found: dict[str, Any], record: Path | None) -> None:

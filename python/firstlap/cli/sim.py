@@ -9,26 +9,33 @@ import typer
 from firstlap.cli.common import JsonOption, ReverseOption, SeedOption, note, print_json
 from firstlap.cli.ros_arguments import ros_arguments
 
+TrackArgument = Annotated[
+    str,
+    typer.Argument(metavar="TRACK", help="Name of a track, a track file, random:SEED, or a ROS map YAML."),
+]
+LidarOption = Annotated[str, typer.Option("--lidar", metavar="LIDAR", help="rplidar_a2, ld19, ... or a YAML file.")]
+CarOption = Annotated[str, typer.Option("--car", metavar="CAR", help="default, nuc2, gym or a YAML file.")]
+CarsOption = Annotated[
+    int, typer.Option("--cars", min=1, max=16, help="Number of cars on the track, each in its own namespace.")
+]
+FactorOption = Annotated[float, typer.Option("--factor", help="Real-time factor; publishes /clock.")]
+ClockOption = Annotated[bool, typer.Option("--clock", help="Publish /clock and use simulated time stamps.")]
+GymOption = Annotated[bool, typer.Option("--gym-names", help="Use the topics and frames of f1tenth_gym_ros.")]
+LapsOption = Annotated[int | None, typer.Option("--laps", min=1, help="End when every car has driven this many laps.")]
+
 
 def sim(
     context: typer.Context,
-    track: Annotated[
-        str,
-        typer.Argument(metavar="TRACK", help="Name of a track, a track file, random:SEED, or a ROS map YAML."),
-    ] = "arena",
-    lidar: Annotated[str, typer.Option("--lidar", metavar="LIDAR", help="rplidar_a2, ld19, ... or a YAML file.")] = "",
-    car: Annotated[str, typer.Option("--car", metavar="CAR", help="default, nuc2, gym or a YAML file.")] = "",
-    cars: Annotated[
-        int, typer.Option("--cars", min=1, max=16, help="Number of cars on the track, each in its own namespace.")
-    ] = 1,
+    track: TrackArgument = "arena",
+    lidar: LidarOption = "",
+    car: CarOption = "",
+    cars: CarsOption = 1,
     seed: SeedOption = 1,
     reverse: ReverseOption = False,
-    factor: Annotated[float, typer.Option("--factor", help="Real-time factor; publishes /clock.")] = 1.0,
-    clock: Annotated[bool, typer.Option("--clock", help="Publish /clock and use simulated time stamps.")] = False,
-    gym: Annotated[bool, typer.Option("--gym-names", help="Use the topics and frames of f1tenth_gym_ros.")] = False,
-    laps: Annotated[
-        int | None, typer.Option("--laps", min=1, help="End when every car has driven this many laps.")
-    ] = None,
+    factor: FactorOption = 1.0,
+    clock: ClockOption = False,
+    gym: GymOption = False,
+    laps: LapsOption = None,
     as_json: JsonOption = False,
 ) -> int:
     """Simulate cars over ROS 2 in real time: publishes scan, odometry and TF, subscribes to drive. Arguments after

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import typer
 from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
+from rich.progress import Progress
 from rich.table import Table
 
 from firstlap.cli.common import (
@@ -24,10 +24,10 @@ from firstlap.cli.common import (
     chosen_options,
     chosen_setup,
     console,
+    counting_bar,
     described_options,
     fail,
     print_json,
-    progress_bar,
 )
 from firstlap.common.errors import InputError
 from firstlap.common.text import counted, short_names
@@ -35,6 +35,9 @@ from firstlap.common.version import __version__
 from firstlap.evaluation.survey import Run, Survey
 from firstlap.sim.race import RaceResult
 from firstlap.tracks.library import list_tracks, load_track
+from firstlap.tracks.track import Track
+
+SeedsOption = Annotated[int, typer.Option("--seeds", min=1, max=10_000, help="Races per track, seeds 1 to K.")]
 
 
 def survey(
@@ -43,7 +46,7 @@ def survey(
     setup: SetupOption = None,
     changes: SetOption = None,
     laps: LapsOption = 3,
-    seeds: Annotated[int, typer.Option("--seeds", min=1, max=10_000, help="Races per track, seeds 1 to K.")] = 3,
+    seeds: SeedsOption = 3,
     both: BothOption = False,
     car: CarOption = "default",
     lidar: LidarOption = None,
@@ -53,34 +56,16 @@ def survey(
     """Race many tracks, directions and seeds on all cores. Exit code 0 if every race finished, 1 otherwise."""
     the_car = chosen_car(car, lidar)
     races = Survey(chosen_setup(setup, changes, driver), the_car, laps, chosen_options(options, the_car))
-    specs = expand(tracks)
-    interrupted = False
-    bar_columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with progress_bar(*bar_columns) as bar:
-        reading = bar.add_task("reading tracks", total=len(specs))
-        loaded = {}
-        for spec in specs:
-            loaded[spec] = load_track(spec)
-            bar.advance(reading)
-        bar.remove_task(reading)
+    with counting_bar() as bar:
+        loaded = _read(bar, expand(tracks))
+        directions = (False, True) if both else (False,)
         runs = [
-            Run(spec, loaded[spec], reverse, seed)
-            for spec in specs
-            for reverse in ((False, True) if both else (False,))
+            Run(spec, track, reverse, seed)
+            for spec, track in loaded.items()
+            for reverse in directions
             for seed in range(1, seeds + 1)
         ]
-        failed = 0
-        task = bar.add_task("racing", total=len(runs))
-
-        def done(_run: Run, result: RaceResult) -> None:
-            nonlocal failed
-            failed += not result.finished
-            bar.update(task, advance=1, description=f"racing, {failed} not finished")
-
-        try:
-            races.drive(runs, done)
-        except KeyboardInterrupt:
-            interrupted = True
+        interrupted = _drive(bar, races, runs)
     found = {
         "version": __version__,
         **races.to_dict(),
@@ -95,6 +80,33 @@ def survey(
     if interrupted:
         return fail(f"interrupted after {found['runs']} of {len(runs)} races", 130)
     return 0 if found["finished"] == len(runs) else 1
+
+
+def _read(bar: Progress, specs: list[str]) -> dict[str, Track]:
+    """The tracks by name. Raises InputError."""
+    task, loaded = bar.add_task("reading tracks", total=len(specs)), {}
+    for spec in specs:
+        loaded[spec] = load_track(spec)
+        bar.advance(task)
+    bar.remove_task(task)
+    return loaded
+
+
+def _drive(bar: Progress, races: Survey, runs: list[Run]) -> bool:
+    """Drives the races; returns whether they were interrupted."""
+    failed = 0
+    task = bar.add_task("racing", total=len(runs))
+
+    def done(_run: Run, result: RaceResult) -> None:
+        nonlocal failed
+        failed += not result.finished
+        bar.update(task, advance=1, description=f"racing, {failed} not finished")
+
+    try:
+        races.drive(runs, done)
+    except KeyboardInterrupt:
+        return True
+    return False
 
 
 def expand(tracks: list[str]) -> list[str]:

@@ -34,89 +34,110 @@ if TYPE_CHECKING:
     from firstlap.tuning.search import Budget
     from firstlap.tuning.validate import Validation
 
+StartOption = Annotated[
+    str | None,
+    typer.Option(
+        "--from", metavar="SETUP", help="Setup to start from and to beat; default: base, or the driver's own."
+    ),
+]
+OthersOption = Annotated[
+    str | None,
+    typer.Option(
+        "--starts",
+        metavar="SETUP,...",
+        help="Further starting setups, or none; default: all our setups of the driver.",
+    ),
+]
+BudgetOption = Annotated[
+    str,
+    typer.Option(
+        "--budget",
+        metavar="TIME|N",
+        help="Time for search and selection (3m, 90s, 1h), or a number of trials.",
+    ),
+]
+SeedsOption = Annotated[int, typer.Option("--seeds", min=1, max=1000, help="Races per candidate.")]
+SeedOption = Annotated[int, typer.Option("--seed", min=0, help="Seed of all randomness in the search.")]
+OnlyOption = Annotated[str | None, typer.Option("--only", metavar="NAME,...", help="Tune only these parameters.")]
+FixOption = Annotated[str | None, typer.Option("--fix", metavar="NAME,...", help="Keep these parameters fixed.")]
+JudgingOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--judge",
+        metavar="NAME=VALUE",
+        help="How candidates are evaluated, such as friction=0.2; names: docs/parameters.md.",
+    ),
+]
+ReverseOption = Annotated[bool, typer.Option("--reverse", help="Tune for the opposite direction.")]
+NameOption = Annotated[
+    str | None, typer.Option("--name", metavar="NAME", help="Name of the study; an existing one is resumed.")
+]
+StudyFileOption = Annotated[
+    Path, typer.Option("--study", metavar="FILE", help="Database of all studies, for optuna-dashboard.")
+]
+OutOption = Annotated[
+    Path | None,
+    typer.Option("--out", metavar="FOLDER", help="Output folder for setups and report; default: tuned/NAME."),
+]
+AlsoOption = Annotated[
+    list[str] | None, typer.Option("--also", metavar="TRACK", help="Also validate on this track; repeatable.")
+]
+ValidatedOption = Annotated[
+    bool, typer.Option("--validate/--no-validate", help="Race the result on unseen seeds and on other tracks.")
+]
+ClusterOption = Annotated[
+    str | None,
+    typer.Option("--cluster", metavar="ADDRESS", help="Dask scheduler for the races; default: this machine."),
+]
+WorkersOption = Annotated[
+    int | None,
+    typer.Option("--workers", min=1, max=1024, help="Parallel races on this machine; default: all cores."),
+]
+PopulationOption = Annotated[
+    int | None,
+    typer.Option(
+        "--population",
+        min=4,
+        max=10_000,
+        help="Candidates per generation; default: depends on the number of parameters.",
+    ),
+]
+PaperOption = Annotated[bool, typer.Option("--paper", help="No search: drive the paper's settings on TRACK.")]
+PublishedOnlyOption = Annotated[
+    bool, typer.Option("--published-only", help="With --paper: change nothing but what the paper prints.")
+]
+ChangesOption = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="NAME=VALUE", help="With --paper: change a parameter in all settings."),
+]
+
 
 def tune(
     context: typer.Context,
     track: TrackArgument,
-    start: Annotated[
-        str | None,
-        typer.Option(
-            "--from", metavar="SETUP", help="Setup to start from and to beat; default: base, or the driver's own."
-        ),
-    ] = None,
-    others: Annotated[
-        str | None,
-        typer.Option(
-            "--starts",
-            metavar="SETUP,...",
-            help="Further starting setups, or none; default: all our setups of the driver.",
-        ),
-    ] = None,
+    start: StartOption = None,
+    others: OthersOption = None,
     driver: DriverOption = None,
-    budget: Annotated[
-        str,
-        typer.Option(
-            "--budget",
-            metavar="TIME|N",
-            help="Time for search and selection (3m, 90s, 1h), or a number of trials.",
-        ),
-    ] = "3m",
-    seeds: Annotated[int, typer.Option("--seeds", min=1, max=1000, help="Races per candidate.")] = 8,
-    seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of all randomness in the search.")] = 1,
-    only: Annotated[str | None, typer.Option("--only", metavar="NAME,...", help="Tune only these parameters.")] = None,
-    fix: Annotated[str | None, typer.Option("--fix", metavar="NAME,...", help="Keep these parameters fixed.")] = None,
-    judging: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--judge",
-            metavar="NAME=VALUE",
-            help="How candidates are evaluated, such as friction=0.2; names: docs/parameters.md.",
-        ),
-    ] = None,
-    reverse: Annotated[bool, typer.Option("--reverse", help="Tune for the opposite direction.")] = False,
+    budget: BudgetOption = "3m",
+    seeds: SeedsOption = 8,
+    seed: SeedOption = 1,
+    only: OnlyOption = None,
+    fix: FixOption = None,
+    judging: JudgingOption = None,
+    reverse: ReverseOption = False,
     car: CarOption = "default",
     lidar: LidarOption = None,
-    name: Annotated[
-        str | None, typer.Option("--name", metavar="NAME", help="Name of the study; an existing one is resumed.")
-    ] = None,
-    study_file: Annotated[
-        Path, typer.Option("--study", metavar="FILE", help="Database of all studies, for optuna-dashboard.")
-    ] = Path("firstlap-tuning.db"),
-    out: Annotated[
-        Path | None,
-        typer.Option("--out", metavar="FOLDER", help="Output folder for setups and report; default: tuned/NAME."),
-    ] = None,
-    also: Annotated[
-        list[str] | None, typer.Option("--also", metavar="TRACK", help="Also validate on this track; repeatable.")
-    ] = None,
-    validated: Annotated[
-        bool, typer.Option("--validate/--no-validate", help="Race the result on unseen seeds and on other tracks.")
-    ] = True,
-    cluster: Annotated[
-        str | None,
-        typer.Option("--cluster", metavar="ADDRESS", help="Dask scheduler for the races; default: this machine."),
-    ] = None,
-    workers: Annotated[
-        int | None,
-        typer.Option("--workers", min=1, max=1024, help="Parallel races on this machine; default: all cores."),
-    ] = None,
-    population: Annotated[
-        int | None,
-        typer.Option(
-            "--population",
-            min=4,
-            max=10_000,
-            help="Candidates per generation; default: depends on the number of parameters.",
-        ),
-    ] = None,
-    paper: Annotated[bool, typer.Option("--paper", help="No search: drive the paper's settings on TRACK.")] = False,
-    published_only: Annotated[
-        bool, typer.Option("--published-only", help="With --paper: change nothing but what the paper prints.")
-    ] = False,
-    changes: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="NAME=VALUE", help="With --paper: change a parameter in all settings."),
-    ] = None,
+    name: NameOption = None,
+    study_file: StudyFileOption = Path("firstlap-tuning.db"),
+    out: OutOption = None,
+    also: AlsoOption = None,
+    validated: ValidatedOption = True,
+    cluster: ClusterOption = None,
+    workers: WorkersOption = None,
+    population: PopulationOption = None,
+    paper: PaperOption = False,
+    published_only: PublishedOnlyOption = False,
+    changes: ChangesOption = None,
     as_json: JsonOption = False,
 ) -> int:
     """Search for the fastest reliable setup on a track. Exit code 0 if one was found, 1 otherwise."""

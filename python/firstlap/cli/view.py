@@ -55,35 +55,56 @@ TOKEN_VARIABLE = "FIRSTLAP_TOKEN"
 """The environment variable with the control token."""
 PACES = PACE_FIELDS.fields[0].range
 
+WhatArgument = Annotated[
+    str | None,
+    typer.Argument(metavar="TRACK|RECORDING", help="A track as for `race`, or a recording as for `replay`."),
+]
+RosOption = Annotated[bool, typer.Option("--ros", help="Show a car or simulator over ROS 2.")]
+NamespaceOption = Annotated[
+    str | None,
+    typer.Option("--namespace", metavar="NAME", help="With --ros: namespace of the car, if there are several."),
+]
+CarOption = Annotated[
+    str | None,
+    typer.Option("--car", metavar="CAR", help="default, nuc2, gym or a YAML file; default: the log's car."),
+]
+SeedOption = Annotated[int | None, typer.Option("--seed", min=0, help="For a race: seed of all randomness.")]
+ReverseOption = Annotated[bool, typer.Option("--reverse", help="For a race: drive in the opposite direction.")]
+PaceOption = Annotated[
+    float | None,
+    typer.Option("--pace", metavar="TIMES", help=f"Playback speed, as a multiple of real time: {PACES}."),
+]
+MapPathOption = Annotated[
+    Path | None, typer.Option("--map", metavar="MAP", help="For a recording with poses: their map.")
+]
+HostOption = Annotated[
+    str, typer.Option("--host", metavar="ADDRESS", help="Address to listen on; other machines need a token.")
+]
+PortOption = Annotated[
+    int | None,
+    typer.Option("--port", min=0, max=65535, help=f"Port to listen on; default: {PORT}, or the next free one; 0: any."),
+]
+TokenFileOption = Annotated[
+    Path | None,
+    typer.Option("--token-file", metavar="FILE", help="File whose first line is the control token; -: standard input."),
+]
+OpenBrowserOption = Annotated[bool, typer.Option("--open/--no-open", help="Open the browser.")]
+
 
 def view(
     context: typer.Context,
-    what: Annotated[
-        str | None,
-        typer.Argument(metavar="TRACK|RECORDING", help="A track as for `race`, or a recording as for `replay`."),
-    ] = None,
-    ros: Annotated[bool, typer.Option("--ros", help="Show a car or simulator over ROS 2.")] = False,
-    namespace: Annotated[
-        str | None,
-        typer.Option("--namespace", metavar="NAME", help="With --ros: namespace of the car, if there are several."),
-    ] = None,
+    what: WhatArgument = None,
+    ros: RosOption = False,
+    namespace: NamespaceOption = None,
     driver: DriverOption = None,
     setup: SetupOption = None,
     changes: SetOption = None,
-    car: Annotated[
-        str | None,
-        typer.Option("--car", metavar="CAR", help="default, nuc2, gym or a YAML file; default: the log's car."),
-    ] = None,
+    car: CarOption = None,
     lidar: LidarOption = None,
-    seed: Annotated[int | None, typer.Option("--seed", min=0, help="For a race: seed of all randomness.")] = None,
-    reverse: Annotated[bool, typer.Option("--reverse", help="For a race: drive in the opposite direction.")] = False,
-    pace: Annotated[
-        float | None,
-        typer.Option("--pace", metavar="TIMES", help=f"Playback speed, as a multiple of real time: {PACES}."),
-    ] = None,
-    map_path: Annotated[
-        Path | None, typer.Option("--map", metavar="MAP", help="For a recording with poses: their map.")
-    ] = None,
+    seed: SeedOption = None,
+    reverse: ReverseOption = False,
+    pace: PaceOption = None,
+    map_path: MapPathOption = None,
     scan_topic: ScanTopic = None,
     odom_topic: OdomTopic = None,
     imu_topic: ImuTopic = None,
@@ -92,30 +113,16 @@ def view(
     speed: SpeedOption = None,
     laser: LaserOption = None,
     keep_body: KeepBody = False,
-    host: Annotated[
-        str, typer.Option("--host", metavar="ADDRESS", help="Address to listen on; other machines need a token.")
-    ] = "127.0.0.1",
-    port: Annotated[
-        int | None,
-        typer.Option(
-            "--port", min=0, max=65535, help=f"Port to listen on; default: {PORT}, or the next free one; 0: any."
-        ),
-    ] = None,
-    token_file: Annotated[
-        Path | None,
-        typer.Option(
-            "--token-file", metavar="FILE", help="File whose first line is the control token; -: standard input."
-        ),
-    ] = None,
-    open_browser: Annotated[bool, typer.Option("--open/--no-open", help="Open the browser.")] = True,
+    host: HostOption = "127.0.0.1",
+    port: PortOption = None,
+    token_file: TokenFileOption = None,
+    open_browser: OpenBrowserOption = True,
 ) -> int:
     """Watch a driver and change its parameters live in the browser. Arguments after --ros-args go to ROS."""
     try:
         import viser  # noqa: F401
     except ImportError:
         raise missing_extra("firstlap view", "viser", "view") from None
-
-    from firstlap.mapping.contradictions import contradictions
 
     topics = topics_of(scan_topic, odom_topic, imu_topic, drive_topic, pose_topic, speed, laser)
     race_options = {"--seed": seed, "--reverse": reverse or None, "--lidar": lidar}
@@ -132,14 +139,20 @@ def view(
     elif is_track(what):
         refuse(recording_options, "with a track")
         chosen = chosen_setup(setup, changes, driver)
-        source = _race(what, chosen, chosen_car(car or "default", lidar), 1 if seed is None else seed, reverse, times)
+        source = _race(
+            what,
+            chosen,
+            chosen_car("default" if car is None else car, lidar),
+            1 if seed is None else seed,
+            reverse,
+            times,
+        )
     else:
         refuse(race_options, "with a recording")
         loaded = read(Path(what), topics)
         chosen, loaded_car, remarks = setup_and_car(loaded, driver, setup, changes, car)
+        _note_all(loaded, loaded_car, remarks)
         source = _recording(loaded, chosen, loaded_car, map_path, not keep_body, times)
-        for remark in (*loaded.remarks, *remarks, *contradictions(loaded, loaded_car)):
-            note(remark)
     return _serve(source, host, choose_port(host, port), _token(token_file), open_browser)
 
 
@@ -181,6 +194,13 @@ def _recording(recording: Any, setup: Any, car: Any, map_path: Path | None, mask
 
     track = None if map_path is None else track_under(recording, map_path)
     return RecordingSource(recording, setup, car, track=track, mask_body=mask_body, pace=pace)
+
+
+def _note_all(recording: Any, car: Car, remarks: list[str]) -> None:
+    from firstlap.mapping.contradictions import contradictions
+
+    for remark in (*recording.remarks, *remarks, *contradictions(recording, car)):
+        note(remark)
 
 
 def _ros(arguments: list[str]) -> Source:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from typing import Any
 
 import numpy as np
 import pytest
@@ -114,3 +115,21 @@ def test_the_command_prints_the_errors_and_plots_a_race(capsys, tmp_path):
 def test_wrong_options_are_named(capsys, arguments, message):
     assert run(["estimation", "oval", *arguments]) == 2
     assert message in capsys.readouterr().err
+
+
+def test_an_interrupted_comparison_prints_what_is_finished(monkeypatch, capsys):
+    races = []
+
+    def told(*arguments: Any, **options: Any) -> Drive:
+        if races:
+            raise KeyboardInterrupt
+        races.append(drive(*arguments, **options))
+        return races[0]
+
+    monkeypatch.setattr("firstlap.evaluation.estimation.drive.drive", told)
+    assert run(["estimation", "oval", "--laps", "1", "--json"]) == 130
+    out, err = capsys.readouterr()
+    found = json.loads(out)
+    assert found["interrupted"] is True
+    assert [row["case"] for row in found["cases"]] == ["clean"]
+    assert err == "error: interrupted after 1 of 5 cases\n"
