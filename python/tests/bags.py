@@ -94,13 +94,13 @@ def mounted(x: float, y: float, yaw: float, roll: float = 0.0, parent: str = "ba
     return make(TF, [make("geometry_msgs/msg/TransformStamped", header(0, frame=parent), child, transform)])
 
 
-def imu(time: int, yaw_rate: float, acceleration: tuple[float, float] | None = (0.0, 0.0)) -> Any:
-    """acceleration: None if the IMU measures none."""
+def imu(time: int, yaw_rate: float | None, acceleration: tuple[float, float] | None = (0.0, 0.0)) -> Any:
+    """yaw_rate, acceleration: None if the IMU measures none."""
     measured = make("geometry_msgs/msg/Vector3", *(acceleration or (0.0, 0.0)), 9.81)
-    known = np.zeros(9) if acceleration else np.full(9, -1.0)
-    turn = make("geometry_msgs/msg/Vector3", 0.0, 0.0, yaw_rate)
+    turn = make("geometry_msgs/msg/Vector3", 0.0, 0.0, yaw_rate or 0.0)
     level = make("geometry_msgs/msg/Quaternion", 0.0, 0.0, 0.0, 1.0)
-    return make(IMU, header(time), level, np.zeros(9), turn, np.zeros(9), measured, known)
+    turn_known, known = (np.full(9, -1.0 if value is None else 0.0) for value in (yaw_rate, acceleration))
+    return make(IMU, header(time), level, np.zeros(9), turn, turn_known, measured, known)
 
 
 def drive(time: int, speed: float, steering_angle: float, ros1: bool = False) -> Any:

@@ -31,6 +31,7 @@ from firstlap.tracks.library import load_track
 from firstlap.tracks.track import Track
 
 if TYPE_CHECKING:
+    from firstlap.evaluation.compare.compare import Comparison
     from firstlap.paper.report import PaperRun
 
 RECORDINGS = (".mcap", ".bag", ".db3", ".npz", ".zstd", ".zst", ".active")
@@ -55,17 +56,19 @@ def paper(
     as_json: JsonOption = False,
 ) -> int:
     """Drive everything that the paper reports, on any track, and write a report with its figures."""
-    from firstlap.paper.comparison import compared_drivers, has_global
+    from firstlap.paper.comparison import compared_drivers, has_global, make_comparison
     from firstlap.paper.report import summary, write_paper_report
 
     if track.lower().endswith(RECORDINGS):
         raise InputError(f"{track}: is a recording, which cannot be raced; expected a track or a map (see `replay`)")
     loaded, loaded_car = load_track(track), chosen_car(car, lidar)
-    folder = output_folder(out)
     if drivers is None and not has_global():
         note("without the map-based driver: its packages are not installed (make extras)")
-    named = drivers or compared_drivers(loaded)
-    run = _drive(loaded.reversed() if reverse else loaded, loaded_car, reverse, (named, seeds, workers))
+    named = compared_drivers(loaded) if drivers is None else drivers
+    raced = loaded.reversed() if reverse else loaded
+    comparison = make_comparison(raced, loaded_car, named, seeds, workers)
+    folder = output_folder(out)
+    run = _drive(raced, loaded_car, reverse, (comparison, seeds, workers))
     with progress_bar(TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn()) as bar:
         task = bar.add_task("drawing", total=None)
         files = write_paper_report(run, folder, lambda: bar.advance(task))
@@ -76,17 +79,15 @@ def paper(
     return 0
 
 
-def _drive(track: Track, car: Car, reverse: bool, how: tuple[str, int, int | None]) -> PaperRun:
-    """Races settings and drivers; how: drivers, seeds, workers. Ctrl-C ends it."""
+def _drive(track: Track, car: Car, reverse: bool, how: tuple[Comparison, int, int | None]) -> PaperRun:
+    """Races settings and drivers; how: the comparison, not driven, seeds, workers. Ctrl-C ends it."""
     from firstlap.evaluation.published import FIRST
-    from firstlap.paper.comparison import make_comparison
     from firstlap.paper.report import SEED, PaperRun
     from firstlap.paper.scenes import drive_lap
     from firstlap.paper.settings import PaperPlan, paper_settings
     from firstlap.tuning.variation import SPREAD_NAMES, evaluation_values
 
-    drivers, seeds, workers = how
-    comparison = make_comparison(track, car, drivers, seeds, workers)
+    comparison, seeds, workers = how
     judge = evaluation_values(None)
     spread = {name: judge[name] for name in SPREAD_NAMES}
     driven, alone = (

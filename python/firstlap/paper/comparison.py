@@ -37,7 +37,7 @@ def make_comparison(track: Track, car: Car, drivers: str | None, seeds: int, wor
     """The comparison, not driven; without latency, so that the same seeds give the same laps. Raises InputError."""
     return Comparison(
         track,
-        parse_entries(drivers or compared_drivers(track), car),
+        parse_entries(compared_drivers(track) if drivers is None else drivers, car),
         car,
         laps=LAPS,
         seeds=seeds,

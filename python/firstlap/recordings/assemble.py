@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from firstlap.common.errors import InputError
+from firstlap.common.imu import measures
 from firstlap.recordings import topics as types
 from firstlap.recordings.about import RECORD, About
 from firstlap.recordings.clock import Timeline, periods, sweeps, timeline
@@ -103,7 +104,8 @@ class _Assembly:
             frame=self.frame if poses is not None else "",
             laser=mounting.mount,
             lateral_speed=None if held.lateral is None else held.lateral.at(times)[:, 0],
-            acceleration=None if held.acceleration is None else held.acceleration.at(times),
+            gyro=None if held.turning is None else held.turning.near_values(times)[:, 0],
+            acceleration=None if held.acceleration is None else held.acceleration.near_values(times),
             remarks=tuple(self.remarks),
             topics=self.roles.names(),
             about=about,
@@ -185,7 +187,7 @@ class _Assembly:
         return Sources(
             twist=None if moving is None else Series(moving.name, moving.times, moving.values[:, :2]),
             lateral=None if moving is None else Series(moving.name, moving.times, moving.values[:, 2:]),
-            turning=over_time(roles.imu, lambda m: (m.angular_velocity.z,)),
+            turning=over_time(roles.imu, _turning_of),
             acceleration=over_time(roles.imu, _acceleration_of),
             commands=commands,
             steering=over_time(roles.steering, lambda m: (m.position[0],)),
@@ -250,10 +252,15 @@ def _twist_of(message: Any) -> tuple[float, float, float]:
 
 
 def _acceleration_of(message: Any) -> tuple[float, float]:
-    """Acceleration [m/s^2], forward and left; NaN if the IMU reports none in its covariance (REP 145)."""
-    if message.linear_acceleration_covariance[0] == -1.0:
+    """Acceleration [m/s^2], forward and left; NaN if the IMU measures none."""
+    if not measures(message.linear_acceleration_covariance):
         return math.nan, math.nan
     return message.linear_acceleration.x, message.linear_acceleration.y
+
+
+def _turning_of(message: Any) -> tuple[float]:
+    """Yaw rate [rad/s]; NaN if the IMU measures none."""
+    return (message.angular_velocity.z if measures(message.angular_velocity_covariance) else math.nan,)
 
 
 def _command_of(message: Any) -> tuple[float, float]:

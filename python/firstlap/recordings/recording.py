@@ -47,7 +47,8 @@ class Recording:
     odometry: (N, 3) x, y, yaw of base_link by odometry alone, if known in addition to poses in a map.
     laser: the LiDAR's mounting, if known; `headers` are already rotated by it.
     lateral_speed: (N,) [m/s] to the left, if in the odometry; no driver uses it.
-    acceleration: (N, 2) [m/s^2] forward and left, of the IMU, if known.
+    gyro: (N,) [rad/s] yaw rate of the IMU, if known; acceleration: (N, 2) [m/s^2] forward and left, likewise. NaN where
+        the IMU has no message near.
     remarks: one line each on what was wrong, dropped or assumed.
     about: the metadata of our own logs.
     """
@@ -67,6 +68,7 @@ class Recording:
     odometry: Floats | None = None
     laser: Mount | None = None
     lateral_speed: Floats | None = None
+    gyro: Floats | None = None
     acceleration: Floats | None = None
     remarks: tuple[str, ...] = ()
     topics: dict[str, str] = field(default_factory=dict)
@@ -138,5 +140,6 @@ class Recording:
             poses=None if self.poses is None else self.poses[part],
             odometry=None if self.odometry is None else self.odometry[part],
             lateral_speed=None if self.lateral_speed is None else self.lateral_speed[part],
+            gyro=None if self.gyro is None else self.gyro[part],
             acceleration=None if self.acceleration is None else self.acceleration[part],
         )

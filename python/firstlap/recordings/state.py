@@ -39,6 +39,10 @@ class Series:
         distance = np.minimum(np.abs(self.times[after] - times), np.abs(self.times[before] - times))
         return np.asarray(distance <= LONGEST_PAUSE)
 
+    def near_values(self, times: Floats) -> Floats:
+        """(N, K) values at each of `times`, NaN where there is none near."""
+        return np.where(self.near(times)[:, None], self.at(times), np.nan)
+
 
 @dataclass(frozen=True)
 class Sources:
@@ -109,6 +113,8 @@ def _add_steering(times: Floats, held: Sources, columns: Floats, sources: dict[s
 
 def _add_yaw_rate(times: Floats, held: Sources, columns: Floats, sources: dict[str, str], remarks: list[str]) -> None:
     turns = "yaw_rate" in sources and bool(np.any(columns[:, 1]))
+    if held.imu_first and held.turning is None:
+        remarks.append("the IMU of --imu-topic measures no yaw rate: another source is used")
     if held.turning is not None and (held.imu_first or not turns):
         columns[:, 1] = held.turning.at(times)[:, 0]
         sources["yaw_rate"] = f"imu ({held.turning.name})"
@@ -171,7 +177,7 @@ def commands_at(times: Floats, commands: Series | None) -> Commands | None:
     """The recorded commands at each scan, NaN if there is none near."""
     if commands is None:
         return None
-    values = np.where(commands.near(times)[:, None], commands.at(times), np.nan)
+    values = commands.near_values(times)
     return Commands(commands.name, np.ascontiguousarray(values[:, 0]), np.ascontiguousarray(values[:, 1]))
 
 

@@ -11,6 +11,7 @@ from nav_msgs.msg import OccupancyGrid, Odometry
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState, LaserScan
 
+from firstlap.common.imu import NOT_MEASURED
 from firstlap.perception.scan import Mount
 from firstlap.ros.conversions import float_array, quaternion_of, set_stamp, yaw_of
 from firstlap.tracks.track import Track
@@ -61,7 +62,7 @@ def imu(stamp: float, frame: str, yaw_rate: float, acceleration: tuple[float, fl
     message = Imu()
     set_stamp(message.header.stamp, stamp)
     message.header.frame_id = frame
-    message.orientation_covariance[0] = -1.0
+    message.orientation_covariance[0] = NOT_MEASURED
     message.angular_velocity.z = yaw_rate
     message.linear_acceleration.x, message.linear_acceleration.y = acceleration
     message.linear_acceleration.z = GRAVITY

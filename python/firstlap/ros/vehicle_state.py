@@ -6,6 +6,7 @@ import math
 from typing import Any
 
 from firstlap import _core
+from firstlap.common.imu import measures
 from firstlap.config.car_file import car_section
 from firstlap.config.parameters import FieldTable
 from firstlap.drivers.driving import Driving
@@ -14,8 +15,6 @@ from firstlap.ros.node_parameters import value_of
 ESTIMATE_FIELDS = FieldTable(_core.StateEstimateParams.fields())
 MAX_PLAUSIBLE_SPEED = 50.0
 """[m/s] Higher measured speeds are invalid."""
-NO_ACCELEROMETER = -1.0
-"""First element of the covariance of a quantity that an IMU does not measure (REP 145)."""
 STANDSTILL = 0.05
 """[m/s] Below this wheel speed the car stands still."""
 ONE_G = (0.8, 1.2)
@@ -105,6 +104,8 @@ class StateSource:
 
     def imu_reason(self, message: Any) -> str:
         """Checks a sensor_msgs/Imu."""
+        if not measures(message.angular_velocity_covariance):
+            return "no gyro: its angular_velocity_covariance begins with -1, which means not measured"
         if not math.isfinite(message.angular_velocity.z):
             return "not finite"
         measured = message.linear_acceleration
@@ -117,10 +118,10 @@ class StateSource:
         """Adds a valid IMU message."""
         self.yaw_rate = message.angular_velocity.z
         measured = message.linear_acceleration
-        if message.linear_acceleration_covariance[0] == NO_ACCELEROMETER:
-            self._update(time, reading(yaw_rate=self.yaw_rate))
-        else:
+        if measures(message.linear_acceleration_covariance):
             self._update(time, reading(yaw_rate=self.yaw_rate, acceleration=(measured.x, measured.y)))
+        else:
+            self._update(time, reading(yaw_rate=self.yaw_rate))
 
     def _joint(self, message: Any) -> float | None:
         joint = value_of(self._node, "steering_joint")

@@ -219,6 +219,9 @@ BAD = {
     "no recording": ("explain", "a.npz", "--setup", "base", "--scan", 0),
     "nothing to replay": ("replay", "a.npz"),
     "invalid setup": ("check", "nothing.yaml"),
+    "no driver in the paper's comparison": ("paper", "oval", "-o", "p", "--drivers", ""),
+    "unknown driver in the paper's comparison": ("paper", "oval", "-o", "p", "--drivers", "fast"),
+    "a car without a name": ("explain", "arena", "--setup", "base", "--car", ""),
 }
 
 

@@ -14,7 +14,9 @@ import pytest
 
 from firstlap import load_car, load_setup, load_track, race
 from firstlap.common.errors import InputError
+from firstlap.estimation.columns import READINGS, in_columns
 from firstlap.evaluation.replay.continuity import Continuity
+from firstlap.evaluation.replay.estimated import readings_of
 from firstlap.evaluation.replay.replay import Replay
 from firstlap.evaluation.replay.replay import replay as run_replay
 from firstlap.explain.snapshot import explain_recording
@@ -356,13 +358,22 @@ def test_names_that_are_no_utf8_are_drawn_and_logged_with_question_marks(tmp_pat
     assert all((tmp_path / picture).read_bytes().startswith(PNG) for picture in ("a.png", "b.png", "c.png"))
 
 
-def with_imu(folder: Path, acceleration: tuple[float, float] | None) -> Recording:
-    """The corridor with a wheel speed of 2 m/s and an IMU whose gyro has a bias."""
+GYRO = 0.04
+
+
+def with_imu(
+    folder: Path,
+    acceleration: tuple[float, float] | None,
+    gyro: float | None = GYRO,
+    count: int = 60,
+    topic: str | None = "/imu",
+) -> Recording:
+    """The corridor with a wheel speed of 2 m/s and an IMU whose gyro has a bias, for the first `count` scans."""
     messages = [
-        bags.Entry("/imu", bags.IMU, bags.nanoseconds(i), bags.imu(bags.nanoseconds(i), 0.04, acceleration))
-        for i in range(60)
+        bags.Entry("/imu", bags.IMU, bags.nanoseconds(i), bags.imu(bags.nanoseconds(i), gyro, acceleration))
+        for i in range(count)
     ]
-    return load_recording(bags.write_rosbag2(folder / "a", bags.entries() + messages), Topics(imu="/imu"))
+    return load_recording(bags.write_rosbag2(folder / "a", bags.entries() + messages), Topics(imu=topic))
 
 
 def test_the_estimate_replaces_the_recorded_state(tmp_path):
@@ -377,6 +388,37 @@ def test_the_estimate_replaces_the_recorded_state(tmp_path):
 
 def test_an_imu_without_an_accelerometer_has_no_acceleration(tmp_path):
     assert with_imu(tmp_path, None).acceleration is None
+
+
+def test_an_imu_without_a_gyro_has_no_yaw_rate(tmp_path):
+    recording = with_imu(tmp_path, (0.0, 0.0), None)
+    assert recording.gyro is None
+    assert recording.sources["yaw_rate"] == "odometry (/odom)"
+    assert any("measures no yaw rate" in remark for remark in recording.remarks)
+
+
+def test_the_estimate_takes_the_yaw_rate_of_the_imu_not_that_of_the_odometry(tmp_path):
+    """As in the driving node: the odometry's is calculated from speed and steering angle."""
+    recording = with_imu(tmp_path, (0.0, 0.0), topic=None)
+    assert recording.sources["yaw_rate"] == "odometry (/odom)"
+    assert np.allclose(readings_of(recording)[:, READINGS.index("yaw_rate")], GYRO)
+
+
+def test_after_an_imu_has_failed_its_last_values_are_no_measurements(tmp_path):
+    readings = readings_of(with_imu(tmp_path, (3.0, 0.0), count=20))
+    for name in ("yaw_rate", "acceleration_x", "acceleration_y"):
+        column = readings[:, READINGS.index(name)]
+        assert np.all(np.isfinite(column[:20])), name
+        assert np.all(np.isnan(column[-10:])), name
+
+
+def test_readings_follow_the_columns_of_the_table(tmp_path, monkeypatch):
+    recording = with_imu(tmp_path, (1.0, 2.0))
+    known = readings_of(recording)
+    monkeypatch.setattr("firstlap.evaluation.replay.estimated.READINGS", READINGS[::-1])
+    assert np.array_equal(readings_of(recording), known[:, ::-1], equal_nan=True)
+    with pytest.raises(KeyError, match="no such column: wheels"):
+        in_columns(READINGS, {"wheels": np.zeros(1)}, 1)
 
 
 def test_without_wheel_speed_there_is_nothing_to_estimate(tmp_path):

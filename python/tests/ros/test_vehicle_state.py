@@ -8,8 +8,9 @@ from typing import Any
 
 import pytest
 
+from firstlap.common.imu import NOT_MEASURED
 from firstlap.drivers.driving import Driving
-from firstlap.ros.vehicle_state import ESTIMATE_FIELDS, NO_ACCELEROMETER, StateSource
+from firstlap.ros.vehicle_state import ESTIMATE_FIELDS, StateSource
 
 
 class Node:
@@ -27,9 +28,11 @@ def twist(speed: float, yaw_rate: float = 0.0) -> Any:
     return SimpleNamespace(linear=SimpleNamespace(x=speed), angular=SimpleNamespace(z=yaw_rate))
 
 
-def imu(yaw_rate: float, forward: float = 0.0, covariance: float = 0.0, up: float = 9.81) -> Any:
+def imu(yaw_rate: float, forward: float = 0.0, covariance: float = 0.0, up: float = 9.81, turning: float = 0.0) -> Any:
+    """covariance, turning: covariances of the acceleration and of the yaw rate."""
     return SimpleNamespace(
         angular_velocity=SimpleNamespace(z=yaw_rate),
+        angular_velocity_covariance=[turning] * 9,
         linear_acceleration=SimpleNamespace(x=forward, y=0.0, z=up),
         linear_acceleration_covariance=[covariance] * 9,
     )
@@ -76,7 +79,7 @@ def test_locked_wheels_are_rejected_if_there_is_an_accelerometer():
 
 def test_the_acceleration_of_an_imu_without_an_accelerometer_is_ignored():
     state = source(True)
-    roll(state, 2.0, 2.0, forward=9.0, covariance=NO_ACCELEROMETER)
+    roll(state, 2.0, 2.0, forward=9.0, covariance=NOT_MEASURED)
     assert state.now()[0] == pytest.approx(2.0, abs=0.05)
 
 
@@ -98,7 +101,7 @@ def test_a_car_that_the_node_does_not_drive_is_not_expected_to_follow_its_last_c
     state.add_command(0.0, 0.0)
     state.release()
     for i in range(1, 501):
-        state.add_imu(0.02 * i, imu(1.5, covariance=NO_ACCELEROMETER))
+        state.add_imu(0.02 * i, imu(1.5, covariance=NOT_MEASURED))
         state.add_odometry(0.02 * i, twist(2.0))
     speed, yaw_rate, _ = state.now()
     assert speed == pytest.approx(2.0, abs=0.05)
@@ -134,3 +137,8 @@ def test_an_acceleration_in_g_is_refused_at_standstill():
     state.add_odometry(0.1, twist(2.0))
     assert state.imu_reason(imu(0.0, forward=1.0, up=0.0)) == ""
     assert "not finite" in state.imu_reason(imu(math.nan))
+
+
+def test_an_imu_without_a_gyro_is_not_used():
+    """Its yaw rate of 0 would say that the car drives straight on."""
+    assert "no gyro" in source(False).imu_reason(imu(0.0, turning=NOT_MEASURED))

@@ -13,14 +13,13 @@ from firstlap import _core
 from firstlap.config.car_file import Car
 from firstlap.config.driver_kind import Preparation, driver_kind
 from firstlap.config.setup_file import Setup
+from firstlap.estimation.columns import COMMANDS, READINGS, estimates_from
 from firstlap.evaluation.estimation.cases import Case
 from firstlap.sim.race import start_race, under_conditions
 from firstlap.tracks.track import Track
 
 Floats = npt.NDArray[np.float64]
 
-ESTIMATES = tuple(column["name"] for column in _core.MotionEstimate.columns())
-READINGS = tuple(column["name"] for column in _core.SensorReading.columns())
 ENABLED = {"state_estimate.enabled": 1.0}
 TRUE = ("yaw_rate_bias", "acceleration_x_bias", "acceleration_y_bias", "wheel_slip")
 """Estimated constants whose true value is the sensor parameter of the same name."""
@@ -81,8 +80,8 @@ def drive(
     found = race.result()
     path = {name: np.asarray(column)[: len(readings)] for name, column in found["path"].items()}
     rows = np.array(readings).reshape(-1, len(READINGS))
-    commands = np.column_stack([path["command_speed"], path["command_steering_angle"]])
-    commands = np.vstack([np.zeros((1, 2)), commands])[: len(rows)]
+    commands = np.column_stack([path[f"command_{name}"] for name in COMMANDS])
+    commands = np.vstack([np.zeros_like(commands[:1]), commands])[: len(rows)]
     conditioned = under_conditions(car, case.options).core
     return Drive(
         case=case,
@@ -102,15 +101,14 @@ def drive(
 
 
 def estimates_of(car: _core.Car, readings: Floats, commands: Floats) -> dict[str, Floats]:
-    """Columns of the table of MotionEstimate. readings: (N, 5) at every scan. commands: (N, 2) before every scan."""
+    """The estimates by name, (N,) each. readings, commands: (N, K) in the columns READINGS and COMMANDS, at every scan
+    and before it."""
     period = 1.0 / float(car.get("lidar", "rate"))  # type: ignore[arg-type]
-    dts = np.full(len(readings), period)
-    rows = _core.estimate_all(car, np.ascontiguousarray(readings), np.ascontiguousarray(commands), dts)
-    return dict(zip(ESTIMATES, np.asarray(rows).T, strict=True))
+    return estimates_from(car, readings, commands, np.full(len(readings), period))
 
 
 def without_accelerometer(readings: Floats) -> Floats:
-    """The readings (N, 5) of a car without an accelerometer."""
+    """The readings (N, K) of a car without an accelerometer."""
     blind = readings.copy()
     for name in ("acceleration_x", "acceleration_y"):
         blind[:, READINGS.index(name)] = np.nan
