@@ -139,7 +139,7 @@ void stage_sides(benchmark::State& state) {
   const Trace& t = s.racer.trace();
   LocalWalls walls;
   for (auto _ : state) {
-    const Candidates c = rank_splits(t.points, t.sections, t.samples, 1.8, s.params.segmentation);
+    const Candidates c = rank_splits({t.points, t.sections, t.samples}, 1.8, s.params.segmentation);
     split_into_sides(t.sections, t.samples, {c.items[0].split, 1.8, 0.15}, s.params.segmentation, walls);
     benchmark::DoNotOptimize(walls.left.x.data());
   }
@@ -153,7 +153,7 @@ void stage_recall_hidden(benchmark::State& state) {
     walls.left.clear();
     walls.right.clear();
     ranges_by_beam(s.racer.trace().points, s.table.size(), ranges);
-    carry_over_occluded(s.racer.trace().walls, s.table, ranges, s.params.car, 0.8, walls);
+    carry_over_occluded(s.racer.trace().walls, {s.table, ranges, s.params.car}, 0.8, walls);
     benchmark::DoNotOptimize(walls.left.x.data());
   }
 }
@@ -163,7 +163,8 @@ void stage_trace_centerline(benchmark::State& state) {
   const Buffer<TrailPoint> trail(1);
   Centerline line;
   for (auto _ : state) {
-    trace_centerline(s.racer.trace().walls, trail, 1.8, s.params.car, s.params.track_width, s.params.centerline, line);
+    trace_centerline({s.racer.trace().walls, trail, 1.8}, {s.params.car, s.params.track_width, s.params.centerline},
+                     line);
     benchmark::DoNotOptimize(line.points.data());
   }
   state.counters["samples"] =
@@ -200,7 +201,7 @@ void stage_stanley(benchmark::State& state) {
   Stages s(state.range(0));
   TrajectoryPoint point;
   for (auto _ : state)
-    benchmark::DoNotOptimize(track_path(s.racer.trace().path, s.racer.trace().nearest, {2.0, 0.0, 0.0}, 0.0,
+    benchmark::DoNotOptimize(track_path({s.racer.trace().path, s.racer.trace().nearest, {2.0, 0.0, 0.0}, 0.0},
                                         s.params.stanley, s.params.car, point));
 }
 

@@ -39,20 +39,26 @@ TrajectoryPoint point_at(const Buffer<TrajectoryPoint>& path, std::size_t from, 
           a.velocity + t * (b.velocity - a.velocity)};
 }
 
-}  // namespace
-
-SteeringTerms track_path(const Buffer<TrajectoryPoint>& path, std::size_t from, const VehicleState& state,
-                         double previous_steering, const StanleyParams& params, const CarGeometry& car,
-                         TrajectoryPoint& point) noexcept {
-  const double v = std::max(state.speed, 0.0);
-  SteeringTerms terms;
+// Sets the heading gain and the lookahead at speed `v` [m/s].
+void schedule(const TrackedPath& tracked, double v, const StanleyParams& params, const CarGeometry& car,
+              SteeringTerms& terms) noexcept {
+  const auto& [path, from, state, previous_steering] = tracked;
   terms.k_ang = params.k_ang;
   terms.lookahead = params.l_max / (1.0 + mean_curvature(path, from, params.l_max) / params.kappa_n);
-  if (params.schedule_omega > 0.0) {
-    // Keep the crossover of the heading loop at schedule_omega, with the lookahead for which a steady curve is neutral.
-    terms.k_ang = std::min(params.k_ang, params.schedule_omega * car.wheelbase / std::max(v, min_speed));
-    terms.lookahead = std::clamp(car.wheelbase * (1.0 / std::max(terms.k_ang, min_gain) - 1.0), 0.0, params.l_max);
-  }
+  if (params.schedule_omega <= 0.0) return;
+  // Keep the crossover of the heading loop at schedule_omega, with the lookahead for which a steady curve is neutral.
+  terms.k_ang = std::min(params.k_ang, params.schedule_omega * car.wheelbase / std::max(v, min_speed));
+  terms.lookahead = std::clamp(car.wheelbase * (1.0 / std::max(terms.k_ang, min_gain) - 1.0), 0.0, params.l_max);
+}
+
+}  // namespace
+
+SteeringTerms track_path(const TrackedPath& tracked, const StanleyParams& params, const CarGeometry& car,
+                         TrajectoryPoint& point) noexcept {
+  const auto& [path, from, state, previous_steering] = tracked;
+  const double v = std::max(state.speed, 0.0);
+  SteeringTerms terms;
+  schedule(tracked, v, params, car, terms);
   point = point_at(path, from, path[from].s + terms.lookahead);
 
   terms.heading_error = wrap_angle(point.yaw) + params.k_ag * v * v * point.curvature;

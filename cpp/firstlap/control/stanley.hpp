@@ -44,10 +44,16 @@ struct SteeringTerms {
   }
 };
 
-// Steering terms for `path` (base_link). `from` is the index of the path point nearest to the front axle;
-// `previous_steering` [rad] is the steering angle measured at the previous scan. Writes the lookahead point to `point`.
-SteeringTerms track_path(const Buffer<TrajectoryPoint>& path, std::size_t from, const VehicleState& state,
-                         double previous_steering, const StanleyParams& params, const CarGeometry& car,
+// A path and the car on it.
+struct TrackedPath {
+  const Buffer<TrajectoryPoint>& path;  // in base_link
+  std::size_t from;                     // index of the path point nearest to the front axle
+  const VehicleState& state;            // measured
+  double previous_steering;             // [rad] steering angle measured at the previous scan
+};
+
+// Steering terms for a path. Writes the lookahead point to `point`.
+SteeringTerms track_path(const TrackedPath& tracked, const StanleyParams& params, const CarGeometry& car,
                          TrajectoryPoint& point) noexcept;
 
 }  // namespace firstlap

@@ -35,8 +35,7 @@ StepResult CenterPid::step(const LaserScan& scan, const VehicleState& state, dou
   const double wanted = within_grip(control(dt), state.speed, {.a_y_steer = p.a_y_steer}, car);
   memory_.steering = smooth_steering(wanted, memory_.steering, dt, p.steering_time, car);
 
-  const LateralClearance beside = lateral_clearance(sweep_.points(), car);
-  const double margin = std::min(params_.center.arc_margin, 0.8 * std::min(beside.left, beside.right));
+  const double margin = margin_beside(sweep_.points(), params_.center.arc_margin, car);
   const double curvature = curvature_of(memory_.steering, car);
   trace_.free = free_along_arc(sweep_.points(), curvature, margin, params_.scan.range_use, car);
   memory_.speed = plan_speed(trace_.free, curvature, {state.speed, memory_.speed, dt}, params_.speed);

@@ -25,8 +25,7 @@ StepResult DisparityExtender::step(const LaserScan& scan, const VehicleState& st
   const double angle = turn_with_clearance(trace_.wanted);
   steering_ = smooth_steering(angle, steering_, dt, params_.steering.steering_time, car);
 
-  const LateralClearance beside = lateral_clearance(sweep_.points(), car);
-  const double margin = std::min(params_.disparity.emergency_margin, 0.8 * std::min(beside.left, beside.right));
+  const double margin = margin_beside(sweep_.points(), params_.disparity.emergency_margin, car);
   const double ahead = free_along_arc(sweep_.points(), curvature_of(angle, car), margin, params_.scan.range_use, car);
   const bool blocked = ahead <= params_.speed.stop_distance;
   const double w = params_.disparity.straight_weight;
@@ -66,35 +65,37 @@ void DisparityExtender::extend(std::size_t from, int direction) noexcept {
   }
 }
 
-// The block of beams above a share of the farthest range; among several the widest, then the one closest to straight
-// ahead.
+double DisparityExtender::middle_of(const Block& block) const noexcept {
+  return 0.5 * (sweep_.angle(block.first) + sweep_.angle(block.last));
+}
+
+// The wider one, then the one closer to straight ahead.
+bool DisparityExtender::is_better(const Block& block, const Block& than) const noexcept {
+  const std::size_t width = block.last - block.first;
+  const std::size_t before = than.last - than.first;
+  return width > before || (width == before && std::abs(middle_of(block)) < std::abs(middle_of(than)));
+}
+
+// The best block of beams above a share of the farthest range.
 void DisparityExtender::choose_block() noexcept {
   const std::size_t first = sweep_.beam_at(-params_.disparity.view_angle);
   const std::size_t last = sweep_.beam_at(params_.disparity.view_angle);
   double farthest = 0.0;
   for (std::size_t i = first; i <= last; ++i) farthest = std::max(farthest, trace_.extended[i]);
   const double enough = params_.disparity.block_share * farthest;
-  const auto middle_of = [&](std::size_t a, std::size_t b) { return 0.5 * (sweep_.angle(a) + sweep_.angle(b)); };
-  std::size_t best_first = first;
-  std::size_t best_last = first;
+  Block best{first, first};
   bool found = false;
   for (std::size_t i = first; i <= last; ++i) {
     if (trace_.extended[i] < enough) continue;
-    std::size_t end = i;
-    while (end < last && trace_.extended[end + 1] >= enough) ++end;
-    const std::size_t width = end - i;
-    const std::size_t before = best_last - best_first;
-    const bool straighter = std::abs(middle_of(i, end)) < std::abs(middle_of(best_first, best_last));
-    if (!found || width > before || (width == before && straighter)) {
-      best_first = i;
-      best_last = end;
-      found = true;
-    }
-    i = end;
+    Block block{i, i};
+    while (block.last < last && trace_.extended[block.last + 1] >= enough) ++block.last;
+    if (!found || is_better(block, best)) best = block;
+    found = true;
+    i = block.last;
   }
-  trace_.block_first = static_cast<int>(best_first);
-  trace_.block_last = static_cast<int>(best_last);
-  trace_.aim = middle_of(best_first, best_last);
+  trace_.block_first = static_cast<int>(best.first);
+  trace_.block_last = static_cast<int>(best.last);
+  trace_.aim = middle_of(best);
   trace_.aim_free = trace_.extended[sweep_.beam_at(trace_.aim)];
   trace_.straight_free = trace_.extended[sweep_.beam_at(0.0)];
 }

@@ -118,6 +118,13 @@ class DisparityExtender final : public Driver {
  private:
   void extend_disparities() noexcept;
   void extend(std::size_t from, int direction) noexcept;
+  // Consecutive beams, the last one included.
+  struct Block {
+    std::size_t first = 0;
+    std::size_t last = 0;
+  };
+  [[nodiscard]] double middle_of(const Block& block) const noexcept;  // [rad]
+  [[nodiscard]] bool is_better(const Block& block, const Block& than) const noexcept;
   void choose_block() noexcept;
   double turn_with_clearance(double wanted) noexcept;
   StepResult stop(double dt, Status why) noexcept;

@@ -162,8 +162,7 @@ void FollowTheGap::choose_arc(const VehicleState& state) noexcept {
   const CarGeometry& car = params_.car;
   trace_.wanted = within_grip(params_.steering.steering_gain * trace_.aim, state.speed, params_.steering, car);
   const double enough = std::max(p.arc_distance, p.arc_time * state.speed);
-  const LateralClearance beside = lateral_clearance(sweep_.points(), car);
-  const double margin = std::min(p.arc_margin, 0.8 * std::min(beside.left, beside.right));
+  const double margin = margin_beside(sweep_.points(), p.arc_margin, car);
   const auto free = [&](double angle) {
     return free_along_arc(sweep_.points(), curvature_of(angle, car), margin, params_.scan.range_use, car);
   };

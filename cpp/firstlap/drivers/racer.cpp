@@ -39,18 +39,8 @@ StepResult Racer::drive(const LaserScan& scan, const VehicleState& measured, dou
   move_by_odometry(state, step.speed_scale, dt, params_.centerline, memory_);
   memory_.period.learn(dt);
 
-  // 3. Perception: points, sections, labeled samples.
-  Status status = Status::bad_scan;
-  if (perceive(scan, state, memory_, params_, work_)) {
-    learn_from_scan(step.samples, dt, params_.speed_scale, memory_);
-
-    // 4. Planning: the sides and the centerline between them, then path and velocity profile.
-    find_line(params_, memory_, work_);
-    if (step.candidates.count > 0) remember_walls(step.walls, memory_);
-    status = plan_path(state, memory_, params_, work_) ? Status::ok : Status::no_path;
-  }
-
-  // 5. Memory. Without a path from this scan, hold the last one for a short time.
+  // 3. Perception, planning and memory. Without a path from this scan, hold the last one for a short time.
+  Status status = plan(scan, state, dt);
   if (status == Status::ok) {
     learn_width(step.line, params_.track_width, work_.widths, memory_);
     remember_path(step.path, step.walls, step.line.end, memory_);
@@ -58,18 +48,27 @@ StepResult Racer::drive(const LaserScan& scan, const VehicleState& measured, dou
     status = Status::holding;
   }
 
-  // 6. Control: follow the path, unless the stopping check decides to brake. Without a path, stop with the steering
+  // 4. Control: follow the path, unless the stopping check decides to brake. Without a path, stop with the steering
   // angle held.
-  DriveCommand wanted{0.0, memory_.command.steering_angle};
+  Maneuver maneuver{.steering_angle = memory_.command.steering_angle};
   if (status == Status::ok || status == Status::holding) {
-    const Maneuver maneuver = follow_path(state, dt, memory_, params_, work_);
-    wanted = {maneuver.speed, maneuver.steering_angle};
+    maneuver = follow_path(state, dt, memory_, params_, work_);
     memory_.braking = maneuver.braking;
-    if (maneuver.blocked && status == Status::ok) status = Status::blocked;
   }
+  if (maneuver.blocked && status == Status::ok) status = Status::blocked;
   memory_.measured = measured;
   memory_.speed = state.speed;
-  return {command(wanted, dt), status};
+  return {command({maneuver.speed, maneuver.steering_angle}, dt), status};
+}
+
+// Perception: points, sections, labeled samples. Planning: the sides and the centerline between them, then path and
+// velocity profile.
+Status Racer::plan(const LaserScan& scan, const VehicleState& state, double dt) noexcept {
+  if (!perceive(scan, state, memory_, params_, work_)) return Status::bad_scan;
+  learn_from_scan(work_.step.samples, dt, params_.speed_scale, memory_);
+  find_line(params_, memory_, work_);
+  if (work_.step.candidates.count > 0) remember_walls(work_.step.walls, memory_);
+  return plan_path(state, memory_, params_, work_) ? Status::ok : Status::no_path;
 }
 
 // Without a plausible measurement, the memory moves with the previous one and the car stops.

@@ -31,6 +31,7 @@ class Racer final : public Driver {
   friend struct RacerProbe;  // for tests: overwrites what must hold no state
 
   StepResult drive(const LaserScan& scan, const VehicleState& measured, double dt) noexcept;
+  Status plan(const LaserScan& scan, const VehicleState& state, double dt) noexcept;
   StepResult drive_blind(double dt) noexcept;
   DriveCommand command(const DriveCommand& wanted, double dt) noexcept;
 

@@ -78,7 +78,7 @@ void learn_from_scan(const Buffer<SectionSample>& samples, double dt, const Spee
                      RacerMemory& memory) noexcept {
   if (params.scale_limit <= 0.0) return;
   const MotionError error = forward_error(memory.last_walls, samples, memory.moved, params);
-  learn_from_walls(error, memory.moved, memory.moved_measured, dt, params, memory.speed_scale);
+  learn_from_walls(error, {memory.moved, memory.moved_measured, dt}, params, memory.speed_scale);
 }
 
 // The first median is taken over as it is, later ones with the gain `width_gain`. If the track is too wide at most

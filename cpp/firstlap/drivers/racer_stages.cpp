@@ -39,9 +39,9 @@ void build_line(std::size_t split, const RacerMemory& memory, const Params& para
   const double width = width_of(memory, params.track_width);
   split_into_sides(step.sections, step.samples, {split, width, params.centerline.spacing}, params.segmentation,
                    work.walls);
-  carry_over_occluded(memory.path_walls, work.table, work.ranges, params.car, params.centerline.memory_time,
+  carry_over_occluded(memory.path_walls, {work.table, work.ranges, params.car}, params.centerline.memory_time,
                       work.walls);
-  trace_centerline(work.walls, memory.trail, width, params.car, params.track_width, params.centerline, work.line);
+  trace_centerline({work.walls, memory.trail, width}, {params.car, params.track_width, params.centerline}, work.line);
 }
 
 // Value of a split relative to the best-ranked one, from its score and its centerline.
@@ -58,8 +58,8 @@ double split_value(const SplitCandidate& candidate, const Centerline& line, cons
 // low: its centerline is short or tight, or passes something on the other side than before.
 void choose_split(const RacerMemory& memory, const Params& params, RacerWorkspace& work) noexcept {
   Trace& step = work.step;
-  step.candidates =
-      rank_splits(step.points, step.sections, step.samples, width_of(memory, params.track_width), params.segmentation);
+  step.candidates = rank_splits({step.points, step.sections, step.samples}, width_of(memory, params.track_width),
+                                params.segmentation);
   double best = -1.0;
   for (std::size_t i = 0; i < step.candidates.count && best < params.centerline.line_enough; ++i) {
     const SplitCandidate& candidate = step.candidates.items[i];
@@ -171,8 +171,8 @@ Maneuver follow_path(const VehicleState& state, double dt, const RacerMemory& me
   Trace& step = work.step;
   const VelocityProfileParams& p = params.velocity_profile;
   const StopAhead ahead = stop_for_obstacles(state.speed, memory, params, step);
-  step.steering = track_path(step.path, step.nearest, state, memory.measured.steering_angle, params.stanley, params.car,
-                             step.lookahead);
+  step.steering = track_path({step.path, step.nearest, state, memory.measured.steering_angle}, params.stanley,
+                             params.car, step.lookahead);
   const StopLimits limits{params.car, p, params.stopping_check};
   const StopDecision stop = decide_stop({step.path, step.nearest, memory.last_walls, state},
                                         step.steering.steering_angle, dt, memory.braking, limits);

@@ -63,6 +63,12 @@ LateralClearance lateral_clearance(const Buffer<Point2>& points, const CarGeomet
   return beside;
 }
 
+double margin_beside(const Buffer<Point2>& points, double wanted, const CarGeometry& car) noexcept {
+  constexpr double share = 0.8;  // of the clearance
+  const LateralClearance beside = lateral_clearance(points, car);
+  return std::min(wanted, share * std::min(beside.left, beside.right));
+}
+
 double free_along_arc(const Buffer<Point2>& points, double curvature, double margin, double farthest,
                       const CarGeometry& car) noexcept {
   const Footprint body(car);

@@ -85,6 +85,9 @@ struct LateralClearance {
 };
 LateralClearance lateral_clearance(const Buffer<Point2>& points, const CarGeometry& car) noexcept;
 
+// The margin [m] `wanted` on either side of the body, reduced if returns are closer: else no arc would be free.
+double margin_beside(const Buffer<Point2>& points, double wanted, const CarGeometry& car) noexcept;
+
 // Distance [m] that the car can drive along the circle of `curvature` [1/m] until its body, `margin` [m] wider on
 // either side, touches one of `points` (base_link); at most `farthest` [m]. The swept area is exact: a ring from the
 // inner side at the rear axle to the outer front corner.

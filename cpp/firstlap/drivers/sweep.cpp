@@ -19,8 +19,16 @@ bool Sweep::read(const LaserScan& scan, const VehicleState& state, const ScanPer
   points_.clear();
   ranges_.clear();
   if (!check_scan(scan).usable() || !table_.prepare(scan)) return false;
+  take_returns(scan, SweepMotion(with_usable_time(scan, period.seconds()), state), params, car);
+  const auto seen = ranges_.size() - static_cast<std::size_t>(std::count(ranges_.begin(), ranges_.end(), lost));
+  if (seen < scan_limits::min_returns) return false;
+  fill_lost(params);
+  return true;
+}
+
+void Sweep::take_returns(const LaserScan& scan, const SweepMotion& motion, const SweepParams& params,
+                         const CarGeometry& car) noexcept {
   ranges_.fill(table_.size(), lost);
-  const SweepMotion motion(with_usable_time(scan, period.seconds()), state);
   const Footprint body(car, params.footprint_margin);
   const auto last = static_cast<std::ptrdiff_t>(scan.ranges.size()) - 1;
   for (std::size_t i = 0; i < table_.size(); ++i) {
@@ -37,10 +45,6 @@ bool Sweep::read(const LaserScan& scan, const VehicleState& state, const ScanPer
     const double x = p.x - car.laser_x, y = p.y - car.laser_y;
     take(p, beam_at(std::atan2(y, x)), norm(x, y), params, body);
   }
-  const auto seen = ranges_.size() - static_cast<std::size_t>(std::count(ranges_.begin(), ranges_.end(), lost));
-  if (seen < scan_limits::min_returns) return false;
-  fill_lost(params);
-  return true;
 }
 
 // Adds a return at `p` (base_link), `range` [m] from the LiDAR in the direction of `beam`, unless it is from the car's

@@ -11,6 +11,7 @@
 #include "firstlap/common/types.hpp"
 #include "firstlap/perception/scan.hpp"
 #include "firstlap/perception/scan_period.hpp"
+#include "firstlap/perception/sweep_motion.hpp"
 
 namespace firstlap::drivers {
 
@@ -54,6 +55,8 @@ class Sweep {
   [[nodiscard]] const Buffer<Point2>& points() const noexcept { return points_; }
 
  private:
+  void take_returns(const LaserScan& scan, const SweepMotion& motion, const SweepParams& params,
+                    const CarGeometry& car) noexcept;
   void take(Point2 p, std::size_t beam, double range, const SweepParams& params, const Footprint& body) noexcept;
   void fill_lost(const SweepParams& params) noexcept;
 

@@ -104,11 +104,12 @@ MotionError forward_error(const LocalWalls& before, const Buffer<SectionSample>&
   return fit.solve();
 }
 
-void learn_from_walls(const MotionError& error, double moved, double measured, double dt,
-                      const SpeedScaleParams& params, SpeedScale& scale) noexcept {
+void learn_from_walls(const MotionError& error, const ForwardMotion& motion, const SpeedScaleParams& params,
+                      SpeedScale& scale) noexcept {
+  const auto [assumed, measured, dt] = motion;
   scale.variance = std::min(scale.variance + params.scale_drift * params.scale_drift * dt, SpeedScale::unknown);
   if (params.scale_limit <= 0.0 || error.information <= 0.0 || std::abs(measured) < min_motion) return;
-  const double seen = (moved + error.forward) / measured;
+  const double seen = (assumed + error.forward) / measured;
   const double variance = params.scale_sigma * params.scale_sigma + 1.0 / (error.information * measured * measured);
   const double gain = scale.variance / (scale.variance + variance);
   scale.ratio += gain * (seen - scale.ratio);

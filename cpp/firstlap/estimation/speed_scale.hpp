@@ -33,9 +33,16 @@ struct SpeedScale {
   double commanded_driven = belief;  // integral of expected times measured, likewise
 };
 
-// Update after a scan: odometry measured `measured` [m] of forward motion, and `moved` [m] was assumed.
-void learn_from_walls(const MotionError& error, double moved, double measured, double dt,
-                      const SpeedScaleParams& params, SpeedScale& scale) noexcept;
+// Forward motion between two scans.
+struct ForwardMotion {
+  double assumed = 0.0;   // [m] with the scale so far
+  double measured = 0.0;  // [m] by odometry
+  double dt = 0.0;        // [s]
+};
+
+// Update after a scan.
+void learn_from_walls(const MotionError& error, const ForwardMotion& motion, const SpeedScaleParams& params,
+                      SpeedScale& scale) noexcept;
 
 // Updates the speed expected after `dt` [s] with `command` [m/s] in effect.
 void expect_speed(double command, double dt, const CarDynamics& car, SpeedScale& scale) noexcept;

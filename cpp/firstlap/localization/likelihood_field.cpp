@@ -52,6 +52,31 @@ class Envelope {
   std::vector<double> edge_;
 };
 
+void check(std::span<const std::uint8_t> occupied, int columns, int rows, double resolution) {
+  if (columns < 1 || rows < 1 ||
+      occupied.size() != static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows) ||
+      occupied.size() > mapping::max_grid_cells || !(resolution > 0.0)) {
+    throw std::invalid_argument("a map needs columns x rows cells, at most " + std::to_string(mapping::max_grid_cells));
+  }
+  if (std::all_of(occupied.begin(), occupied.end(), [](std::uint8_t c) { return c == 0; })) {
+    throw std::invalid_argument("a map without an occupied cell: localization is not possible");
+  }
+}
+
+// A pose in the field's frame, with cosine and sine of its heading.
+struct Placement {
+  float x, y, c, s;
+};
+
+// Number of beams of a scan at a pose that end within `limit_mm` of a wall.
+int count_fitting(std::span<const Beam> beams, const LikelihoodField& field, const Placement& at,
+                  int limit_mm) noexcept {
+  const auto [x, y, c, s] = at;
+  int fitting = 0;
+  for (const Beam& b : beams) fitting += field.distance_mm(x + c * b.x - s * b.y, y + s * b.x + c * b.y) <= limit_mm;
+  return fitting;
+}
+
 }  // namespace
 
 LikelihoodField::LikelihoodField(std::span<const std::uint8_t> occupied, int columns, int rows, double resolution,
@@ -64,13 +89,7 @@ LikelihoodField::LikelihoodField(std::span<const std::uint8_t> occupied, int col
       scale_(static_cast<float>(1.0 / resolution)),
       columns_f_(static_cast<float>(columns)),
       rows_f_(static_cast<float>(rows)) {
-  if (columns < 1 || rows < 1 || occupied.size() != stride_ * static_cast<std::size_t>(rows) ||
-      occupied.size() > mapping::max_grid_cells || !(resolution > 0.0)) {
-    throw std::invalid_argument("a map needs columns x rows cells, at most " + std::to_string(mapping::max_grid_cells));
-  }
-  if (std::all_of(occupied.begin(), occupied.end(), [](std::uint8_t c) { return c == 0; })) {
-    throw std::invalid_argument("a map without an occupied cell: localization is not possible");
-  }
+  check(occupied, columns, rows, resolution);
   std::vector<float> squared(occupied.size());
   std::transform(occupied.begin(), occupied.end(), squared.begin(), [](std::uint8_t c) { return c ? 0.0F : none; });
   Envelope envelope(std::max(stride_, static_cast<std::size_t>(rows)));
@@ -142,15 +161,12 @@ SearchResult search(std::span<const Beam> beams, const LikelihoodField& field, c
     for (int i = -steps; i <= steps; ++i) {
       for (int j = -steps; j <= steps; ++j) {
         if (i * i + j * j > steps * steps) continue;
-        const double x = from.x + i * window.step, y = from.y + j * window.step;
-        const auto xf = static_cast<float>(x), yf = static_cast<float>(y);
-        int fitting = 0;
-        for (const Beam& b : beams) {
-          fitting += field.distance_mm(xf + c * b.x - s * b.y, yf + s * b.x + c * b.y) <= limit_mm;
-        }
+        const Pose2 pose{from.x + i * window.step, from.y + j * window.step, yaw};
+        const Placement at{static_cast<float>(pose.x), static_cast<float>(pose.y), c, s};
+        const int fitting = count_fitting(beams, field, at, limit_mm);
         // Among equal fits, the pose nearest to the guess.
         const double fit = fitting / static_cast<double>(beams.size()) - 1e-6 * (i * i + j * j + k * k);
-        if (fit > best.fit) best = {{x, y, yaw}, fit};
+        if (fit > best.fit) best = {pose, fit};
       }
     }
   }

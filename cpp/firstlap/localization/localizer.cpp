@@ -117,7 +117,7 @@ void Localizer::learn_speed_scale(double dt) noexcept {
                                  ? 0.0
                                  : forward_information(dense_.span(), field_, pose_, params_.refine);
   // Both poses of the motion are map matches: twice the variance of one.
-  learn_from_walls({missed_, 0.5 * information}, moved_, measured_, dt, params_.speed_scale, speed_scale_);
+  learn_from_walls({missed_, 0.5 * information}, {moved_, measured_, dt}, params_.speed_scale, speed_scale_);
   moved_ = measured_ = 0.0;
 }
 

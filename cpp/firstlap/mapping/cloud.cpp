@@ -17,6 +17,23 @@ ScanParams all_round(double range_use) {
   return params;
 }
 
+// Covariance [m^2] of points in the plane.
+struct Spread {
+  double xx = 0.0, xy = 0.0, yy = 0.0;
+
+  void add(double weight, double dx, double dy) noexcept {
+    xx += weight * dx * dx;
+    xy += weight * dx * dy;
+    yy += weight * dy * dy;
+  }
+  [[nodiscard]] double half() const noexcept { return 0.5 * (xx - yy); }
+  [[nodiscard]] double root() const noexcept { return norm(half(), xy); }
+  [[nodiscard]] double smallest() const noexcept { return 0.5 * (xx + yy) - root(); }
+  [[nodiscard]] double largest() const noexcept { return 0.5 * (xx + yy) + root(); }
+  // [rad] Direction of the largest spread.
+  [[nodiscard]] double along() const noexcept { return 0.5 * std::atan2(xy, half()); }
+};
+
 }  // namespace
 
 CloudMaker::CloudMaker(const CloudParams& params, const CarGeometry& car)
@@ -84,22 +101,17 @@ void CloudMaker::add_normal(std::size_t i) noexcept {
 
 // The direction of least spread; none if the points do not lie on a line.
 bool CloudMaker::fit_normal(std::size_t first, std::size_t last, CloudPoint& point) const noexcept {
-  double mx = 0.0, my = 0.0, xx = 0.0, xy = 0.0, yy = 0.0;
+  double mx = 0.0, my = 0.0;
   const double scale = 1.0 / static_cast<double>(last - first + 1);
   for (std::size_t j = first; j <= last; ++j) {
     mx += scale * groups_[j].x;
     my += scale * groups_[j].y;
   }
-  for (std::size_t j = first; j <= last; ++j) {
-    const double dx = groups_[j].x - mx, dy = groups_[j].y - my;
-    xx += scale * dx * dx;
-    xy += scale * dx * dy;
-    yy += scale * dy * dy;
-  }
-  const double half = 0.5 * (xx - yy), root = norm(half, xy);
-  const double smallest = 0.5 * (xx + yy) - root, largest = 0.5 * (xx + yy) + root;
-  if (smallest > params_.normal_noise * params_.normal_noise || smallest > 0.05 * largest) return false;
-  const double along = 0.5 * std::atan2(xy, half);  // direction of the largest spread
+  Spread spread;
+  for (std::size_t j = first; j <= last; ++j) spread.add(scale, groups_[j].x - mx, groups_[j].y - my);
+  const double thickness = spread.smallest();
+  if (thickness > params_.normal_noise * params_.normal_noise || thickness > 0.05 * spread.largest()) return false;
+  const double along = spread.along();
   double nx = -std::sin(along), ny = std::cos(along);
   if (nx * (car_.laser_x - point.x) + ny * (car_.laser_y - point.y) < 0.0) {
     nx = -nx;

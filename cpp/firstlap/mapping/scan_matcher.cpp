@@ -40,7 +40,8 @@ Normal3 gather(std::span<const CloudPoint> cloud, const ReferenceCloud& referenc
     if (p.nx == 0.0 && p.ny == 0.0) continue;
     ++with_normal;
     const double x = f.x + f.c * p.x - f.s * p.y, y = f.y + f.s * p.x + f.c * p.y;
-    const CloudPoint* q = reference.nearest(x, y, f.c * p.nx - f.s * p.ny, f.s * p.nx + f.c * p.ny, reach, min_cosine);
+    const Point2 turned{f.c * p.nx - f.s * p.ny, f.s * p.nx + f.c * p.ny};
+    const CloudPoint* q = reference.nearest({x, y}, turned, reach, min_cosine);
     if (q == nullptr) continue;
     const double e = q->nx * (x - q->x) + q->ny * (y - q->y), ratio = e / params.sigma;
     const double nx = f.c * q->nx + f.s * q->ny, ny = -f.s * q->nx + f.c * q->ny;  // in the cloud's frame
@@ -54,14 +55,16 @@ Normal3 gather(std::span<const CloudPoint> cloud, const ReferenceCloud& referenc
   return normal;
 }
 
+bool usable(const CloudPoint& p) noexcept {
+  return (p.nx != 0.0 || p.ny != 0.0) && std::abs(p.x) < 1e6 && std::abs(p.y) < 1e6;
+}
+
 }  // namespace
 
-ReferenceCloud::ReferenceCloud(std::span<const CloudPoint> points) {
+// Lays out the grid around the usable points; false if there is none.
+bool ReferenceCloud::bound(std::span<const CloudPoint> points) noexcept {
   double x_max = -1e300, y_max = -1e300;
   x_min_ = y_min_ = 1e300;
-  const auto usable = [](const CloudPoint& p) {
-    return (p.nx != 0.0 || p.ny != 0.0) && std::abs(p.x) < 1e6 && std::abs(p.y) < 1e6;
-  };
   for (const CloudPoint& p : points) {
     if (!usable(p)) continue;
     x_min_ = std::min(x_min_, p.x);
@@ -69,13 +72,15 @@ ReferenceCloud::ReferenceCloud(std::span<const CloudPoint> points) {
     x_max = std::max(x_max, p.x);
     y_max = std::max(y_max, p.y);
   }
-  if (x_max < x_min_) return;
+  if (x_max < x_min_) return false;
   columns_ = std::min(static_cast<int>((x_max - x_min_) / cell) + 1, max_cells);
   rows_ = std::min(static_cast<int>((y_max - y_min_) / cell) + 1, max_cells);
-  const auto cell_of = [&](const CloudPoint& p) {
-    return static_cast<std::size_t>(std::clamp(row(p.y), 0, rows_ - 1)) * static_cast<std::size_t>(columns_) +
-           static_cast<std::size_t>(std::clamp(column(p.x), 0, columns_ - 1));
-  };
+  return true;
+}
+
+// Counting sort of the points into cells.
+ReferenceCloud::ReferenceCloud(std::span<const CloudPoint> points) {
+  if (!bound(points)) return;
   begin_.assign(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_) + 1, 0);
   for (const CloudPoint& p : points) {
     if (usable(p)) ++begin_[cell_of(p) + 1];
@@ -88,6 +93,11 @@ ReferenceCloud::ReferenceCloud(std::span<const CloudPoint> points) {
   }
 }
 
+std::size_t ReferenceCloud::cell_of(const CloudPoint& p) const noexcept {
+  return static_cast<std::size_t>(std::clamp(row(p.y), 0, rows_ - 1)) * static_cast<std::size_t>(columns_) +
+         static_cast<std::size_t>(std::clamp(column(p.x), 0, columns_ - 1));
+}
+
 int ReferenceCloud::column(double x) const noexcept {
   return static_cast<int>(std::floor(std::clamp((x - x_min_) / cell, -1e6, 1e6)));
 }
@@ -96,8 +106,8 @@ int ReferenceCloud::row(double y) const noexcept {
   return static_cast<int>(std::floor(std::clamp((y - y_min_) / cell, -1e6, 1e6)));
 }
 
-const CloudPoint* ReferenceCloud::nearest(double x, double y, double nx, double ny, double reach,
-                                          double min_cosine) const noexcept {
+const CloudPoint* ReferenceCloud::nearest(Point2 at, Point2 normal, double reach, double min_cosine) const noexcept {
+  const auto [x, y] = at;
   const CloudPoint* best = nullptr;
   if (points_.empty()) return best;
   double best_squared = reach * reach;
@@ -110,7 +120,7 @@ const CloudPoint* ReferenceCloud::nearest(double x, double y, double nx, double 
     for (std::size_t i = begin_[start + static_cast<std::size_t>(c0)]; i < end; ++i) {
       const CloudPoint& q = points_[i];
       const double dx = q.x - x, dy = q.y - y, squared = dx * dx + dy * dy;
-      if (squared >= best_squared || q.nx * nx + q.ny * ny < min_cosine) continue;
+      if (squared >= best_squared || q.nx * normal.x + q.ny * normal.y < min_cosine) continue;
       best_squared = squared;
       best = &q;
     }

@@ -16,12 +16,14 @@ class ReferenceCloud {
  public:
   explicit ReferenceCloud(std::span<const CloudPoint> points);
 
-  // The nearest point within `reach` [m] whose normal is within acos(min_cosine) of (nx, ny); nullptr if there is none.
-  [[nodiscard]] const CloudPoint* nearest(double x, double y, double nx, double ny, double reach,
-                                          double min_cosine) const noexcept;
+  // The point nearest to `at` within `reach` [m] whose normal is within acos(min_cosine) of `normal`; nullptr if there
+  // is none.
+  [[nodiscard]] const CloudPoint* nearest(Point2 at, Point2 normal, double reach, double min_cosine) const noexcept;
   [[nodiscard]] std::size_t size() const noexcept { return points_.size(); }
 
  private:
+  bool bound(std::span<const CloudPoint> points) noexcept;
+  [[nodiscard]] std::size_t cell_of(const CloudPoint& p) const noexcept;
   [[nodiscard]] int column(double x) const noexcept;
   [[nodiscard]] int row(double y) const noexcept;
 

@@ -29,53 +29,65 @@ class Bin {
   double count_ = 0.0;
 };
 
-void push_between(Point2 a, Point2 b, double spacing, std::size_t section, Buffer<SectionSample>& samples) noexcept {
-  const double d = norm(b.x - a.x, b.y - a.y);
-  const int pieces = std::clamp(static_cast<int>(d / spacing), 1, max_pieces);
-  for (int k = 1; k <= pieces; ++k) {
-    const double t = static_cast<double>(k) / static_cast<double>(pieces);
-    samples.push({.x = a.x + t * (b.x - a.x), .y = a.y + t * (b.y - a.y), .section = section});
-  }
-}
+// Samples one section, `spacing` [m] apart.
+class SectionSampler {
+ public:
+  SectionSampler(const Buffer<ScanPoint>& points, std::size_t section, double spacing,
+                 Buffer<SectionSample>& samples) noexcept
+      : points_(points), section_(section), spacing_(spacing), samples_(samples) {}
 
-// Samples from point `from` to point `to` (in either direction), without the first one.
-void sample_run(const Buffer<ScanPoint>& points, std::size_t from, std::size_t to, Point2 previous, double spacing,
-                std::size_t section, Buffer<SectionSample>& samples) noexcept {
-  const std::ptrdiff_t step = to >= from ? 1 : -1;
-  Point2 start{points[from].x, points[from].y};
-  Bin bin;
-  bool filled = false;
-  for (std::size_t i = from; i != to;) {
-    i = static_cast<std::size_t>(static_cast<std::ptrdiff_t>(i) + step);
-    bin.add(points[i]);
-    filled = true;
-    const double dx = points[i].x - start.x;
-    const double dy = points[i].y - start.y;
-    if (dx * dx + dy * dy < spacing * spacing) continue;
-    const Point2 mean = bin.mean();
-    push_between(previous, mean, spacing, section, samples);
-    previous = mean;
-    start = {points[i].x, points[i].y};
-    bin = {};
-    filled = false;
+  // Samples outward from the point nearest to the car, so that a mirrored scan gives mirrored samples.
+  void sample(const Section& section) noexcept {
+    const std::size_t middle = section.middle;
+    Bin around;
+    const std::size_t reach = std::min({around_middle, middle - section.first, section.last - middle});
+    for (std::size_t i = middle - reach; i <= middle + reach; ++i) around.add(points_[i]);
+    const Point2 start = around.mean();
+    const std::size_t before = samples_.size();
+    sample_run(middle, section.first, start);
+    std::reverse(samples_.begin() + before, samples_.end());
+    samples_.push({.x = start.x, .y = start.y, .section = section_});
+    sample_run(middle, section.last, start);
   }
-  if (filled) push_between(previous, {points[to].x, points[to].y}, spacing, section, samples);
-}
 
-// Samples outward from the point nearest to the car, so that a mirrored scan gives mirrored samples.
-void sample_section(const Buffer<ScanPoint>& points, const Section& section, std::size_t index, double spacing,
-                    Buffer<SectionSample>& samples) noexcept {
-  const std::size_t middle = section.middle;
-  Bin around;
-  const std::size_t reach = std::min({around_middle, middle - section.first, section.last - middle});
-  for (std::size_t i = middle - reach; i <= middle + reach; ++i) around.add(points[i]);
-  const Point2 start = around.mean();
-  const std::size_t before = samples.size();
-  sample_run(points, middle, section.first, start, spacing, index, samples);
-  std::reverse(samples.begin() + before, samples.end());
-  samples.push({.x = start.x, .y = start.y, .section = index});
-  sample_run(points, middle, section.last, start, spacing, index, samples);
-}
+ private:
+  // Samples from point `from` to point `to` (in either direction), after the sample `previous`.
+  void sample_run(std::size_t from, std::size_t to, Point2 previous) noexcept {
+    const std::ptrdiff_t step = to >= from ? 1 : -1;
+    Point2 start{points_[from].x, points_[from].y};
+    Bin bin;
+    bool filled = false;
+    for (std::size_t i = from; i != to;) {
+      i = static_cast<std::size_t>(static_cast<std::ptrdiff_t>(i) + step);
+      bin.add(points_[i]);
+      filled = true;
+      const double dx = points_[i].x - start.x;
+      const double dy = points_[i].y - start.y;
+      if (dx * dx + dy * dy < spacing_ * spacing_) continue;
+      const Point2 mean = bin.mean();
+      push_between(previous, mean);
+      previous = mean;
+      start = {points_[i].x, points_[i].y};
+      bin = {};
+      filled = false;
+    }
+    if (filled) push_between(previous, {points_[to].x, points_[to].y});
+  }
+
+  void push_between(Point2 a, Point2 b) noexcept {
+    const double d = norm(b.x - a.x, b.y - a.y);
+    const int pieces = std::clamp(static_cast<int>(d / spacing_), 1, max_pieces);
+    for (int k = 1; k <= pieces; ++k) {
+      const double t = static_cast<double>(k) / static_cast<double>(pieces);
+      samples_.push({.x = a.x + t * (b.x - a.x), .y = a.y + t * (b.y - a.y), .section = section_});
+    }
+  }
+
+  const Buffer<ScanPoint>& points_;
+  std::size_t section_;
+  double spacing_;
+  Buffer<SectionSample>& samples_;
+};
 
 // +1 if (x, y) lies left of a path or trail, -1 if right of it, 0 if farther away than `radius` or at its ends. Uses
 // every `stride`-th point.
@@ -123,7 +135,7 @@ void sample_sections(const Buffer<ScanPoint>& points, const Buffer<Section>& sec
         section.status == SectionStatus::too_small && section.last - section.first + 1 >= enough;
     if (section.status != SectionStatus::kept && !small_but_real) continue;
     const std::size_t before = samples.size();
-    sample_section(points, section, i, spacing, samples);
+    SectionSampler(points, i, spacing, samples).sample(section);
     if (samples.size() == before) return;
     if (section.first > 0)
       samples[before].sight = sight_past(points[section.first], points[section.first - 1], car, params, 1.0);

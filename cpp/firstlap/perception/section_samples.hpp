@@ -34,6 +34,13 @@ struct SectionSample {
   }
 };
 
+// A scan after segmentation and sampling.
+struct SegmentedScan {
+  const Buffer<ScanPoint>& points;
+  const Buffer<Section>& sections;
+  const Buffer<SectionSample>& samples;
+};
+
 // Samples of all sections except those seen through gaps, about `spacing` [m] apart, in scan order.
 void sample_sections(const Buffer<ScanPoint>& points, const Buffer<Section>& sections, const CarGeometry& car,
                      double spacing, const SegmentationParams& params, Buffer<SectionSample>& samples) noexcept;

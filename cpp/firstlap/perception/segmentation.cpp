@@ -26,8 +26,13 @@ class BreakLimit {
         angle_step_(angle_step),
         neighbor_ratio_(breakpoint_ratio(angle_step, params.break_angle)),
         beam_step_(beam_step),
-        passable_(passable) {}
+        passable_(passable),
+        beam_gap_(static_cast<int>(std::lround(static_cast<double>(params.max_beam_gap) * beam_step))) {}
 
+  // Maximum number of beams between them.
+  [[nodiscard]] int beam_gap() const noexcept { return beam_gap_; }
+  // [m] Distance expected after a return at `range` [m], before any distance is known.
+  [[nodiscard]] double first_mean(double range) const noexcept { return 2.0 * range * angle_step_; }
   // Lower bound of the limit, which does not depend on the wall's direction.
   [[nodiscard]] double floor(double range, double beams) const noexcept {
     return std::max(params_.break_min, 2.0 * range * (beams * angle_step_));
@@ -51,14 +56,14 @@ class BreakLimit {
   double neighbor_ratio_;
   double beam_step_;
   double passable_;  // [m] minimum width of a passable gap
+  int beam_gap_;
 };
 
-void break_into_sections(const Buffer<ScanPoint>& points, double angle_step, double beam_step, double passable,
-                         const SegmentationParams& params, Buffer<Section>& sections) noexcept {
-  const int gap_limit = static_cast<int>(std::lround(static_cast<double>(params.max_beam_gap) * beam_step));
-  const BreakLimit limit(angle_step, beam_step, passable, params);
-  const double gain = params.mean_gain;
-  double mean = 2.0 * points[0].range * angle_step;
+// `gain`: of the low-pass filter of the distances.
+void break_into_sections(const Buffer<ScanPoint>& points, const BreakLimit& limit, double gain,
+                         Buffer<Section>& sections) noexcept {
+  const int gap_limit = limit.beam_gap();
+  double mean = limit.first_mean(points[0].range);
   std::size_t first = 0;
   for (std::size_t j = 1; j < points.size(); ++j) {
     const ScanPoint& a = points[j - 1];
@@ -74,7 +79,7 @@ void break_into_sections(const Buffer<ScanPoint>& points, double angle_step, dou
     }
     if (!sections.push({first, j - 1})) return;
     first = j;
-    mean = 2.0 * b.range * angle_step;
+    mean = limit.first_mean(b.range);
   }
   sections.push({first, points.size() - 1});
 }
@@ -172,7 +177,7 @@ void segment(const Buffer<ScanPoint>& points, double angle_step, double width, c
   if (points.empty()) return;
   const double beam_step = median_beam_step(points);
   const double passable = passable_gap(width, params);
-  break_into_sections(points, angle_step, beam_step, passable, params, sections);
+  break_into_sections(points, BreakLimit(angle_step, beam_step, passable, params), params.mean_gain, sections);
   merge_neighbors(points, params.merge_distance, sections);
   for (Section& section : sections) {
     measure(points, section);

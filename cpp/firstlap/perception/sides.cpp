@@ -138,12 +138,19 @@ double gap_between(const Buffer<SectionSample>& samples, const SampleRange& a, c
   return norm(samples[b.first].x - samples[a.last].x, samples[b.first].y - samples[a.last].y);
 }
 
-void push_range(const Buffer<SectionSample>& samples, const SampleRange& range, bool open_before, bool open_after,
-                std::size_t reach, WallSide& side) noexcept {
+// Which ends of a sample range are visible ends of the wall.
+struct OpenEnds {
+  bool before = true;
+  bool after = true;
+};
+
+// `reach`: number of samples over which the direction at an open end is measured.
+void push_range(const Buffer<SectionSample>& samples, const SampleRange& range, OpenEnds open, std::size_t reach,
+                WallSide& side) noexcept {
   for (std::size_t i = range.first; i <= range.last; ++i) {
     Point2 out{};
-    if (i == range.first && open_before) out = outward_at(samples, i, std::min(range.last, i + reach));
-    if (i == range.last && open_after) out = outward_at(samples, i, i >= range.first + reach ? i - reach : range.first);
+    if (i == range.first && open.before) out = outward_at(samples, i, std::min(range.last, i + reach));
+    if (i == range.last && open.after) out = outward_at(samples, i, i >= range.first + reach ? i - reach : range.first);
     side.push(samples[i].x, samples[i].y, out, 0.0F, samples[i].sight);
   }
 }
@@ -183,12 +190,13 @@ void build_side(const Buffer<SectionSample>& samples, std::span<const SampleRang
   while (first > 0 && hangs_on(ranges[first - 1], gap_between(samples, ranges[first - 1], ranges[first]))) --first;
   while (last + 1 < ranges.size() && hangs_on(ranges[last + 1], gap_between(samples, ranges[last], ranges[last + 1])))
     ++last;
-  bool open_before = true;
+  OpenEnds open;
   for (std::size_t i = first; i <= last; ++i) {
     const bool bridged = i < last && gap_between(samples, ranges[i], ranges[i + 1]) < chain.bridge;
-    push_range(samples, ranges[i], open_before, !bridged, chain.end_samples, side);
+    open.after = !bridged;
+    push_range(samples, ranges[i], open, chain.end_samples, side);
     if (bridged) push_bridge(samples, ranges[i], ranges[i + 1], chain.spacing, side);
-    open_before = !bridged;
+    open.before = !bridged;
   }
 }
 
@@ -217,8 +225,8 @@ void mark_continuation(const Buffer<Section>& sections, const Buffer<SectionSamp
 
 }  // namespace
 
-Candidates rank_splits(const Buffer<ScanPoint>& points, const Buffer<Section>& sections,
-                       const Buffer<SectionSample>& samples, double width, const SegmentationParams& params) noexcept {
+Candidates rank_splits(const SegmentedScan& scan, double width, const SegmentationParams& params) noexcept {
+  const auto& [points, sections, samples] = scan;
   const std::size_t first = first_kept(sections);
   if (first == sections.size()) return {};
   SplitRanking ranking(samples, params);
@@ -227,8 +235,7 @@ Candidates rank_splits(const Buffer<ScanPoint>& points, const Buffer<Section>& s
   const Section* before = &sections[first];
   ranking.pass(first);
   for (std::size_t i = first + 1; i < sections.size(); ++i) {
-    const bool kept = sections[i].status == SectionStatus::kept;
-    if (kept) {
+    if (sections[i].status == SectionStatus::kept) {
       if (const auto depth = depth_between(points, *before, sections[i], width, params)) ranking.consider(i, *depth);
       before = &sections[i];
     }

@@ -39,8 +39,7 @@ struct Candidates {
 
 // The best splits, ranked by the depth of the gap and the agreement with previous labels. `width` [m] is the remembered
 // track width.
-Candidates rank_splits(const Buffer<ScanPoint>& points, const Buffer<Section>& sections,
-                       const Buffer<SectionSample>& samples, double width, const SegmentationParams& params) noexcept;
+Candidates rank_splits(const SegmentedScan& scan, double width, const SegmentationParams& params) noexcept;
 
 // Input of split_into_sides.
 struct Split {

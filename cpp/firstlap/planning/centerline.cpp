@@ -26,22 +26,22 @@ struct WallView {
   WallSupport support = WallSupport::none;
   Point2 right_sample;
   Point2 left_sample;
-  double gx = 0.0;  // gradient of (right - left): toward the left wall
-  double gy = 0.0;
+  Point2 gradient;         // of (right - left): toward the left wall
   double clearance = 0.0;  // [m] to the nearer visible wall
   bool wide = false;       // see CenterlinePoint
   bool in_sight = false;   // in free space between the lines of sight past two visible ends
 
   [[nodiscard]] double imbalance() const noexcept { return right - left; }
-  [[nodiscard]] double slope() const noexcept { return norm(gx, gy); }
+  [[nodiscard]] double slope() const noexcept { return norm(gradient.x, gradient.y); }
 };
 
 struct SideView {
   double distance = 0.0;  // [m]; 0: no wall
   bool representative = false;
-  Point2 sample;   // nearest point of the wall
-  Point2 outward;  // at a visible end, direction of the wall into the occluded area
-  Sight sight;     // past that end
+  bool counts = false;  // its distance is measured, or estimated from a wall of its own
+  Point2 sample;        // nearest point of the wall
+  Point2 outward;       // at a visible end, direction of the wall into the occluded area
+  Sight sight;          // past that end
 };
 
 // Nearest point to (x, y) on the segment between two neighboring samples.
@@ -105,8 +105,9 @@ bool lies_in_sight(const SideView& side, double x, double y) noexcept {
 // holds if the track continues past this end or if the other wall curves across it; elsewhere a piece of wall may be
 // missing, and the track width is used. Moves `hidden.sample` to the point that gives the distance; returns false if
 // the track width gives it.
-bool estimate(SideView& hidden, const SideView& seen, double x, double y, double width,
+bool estimate(SideView& hidden, const SideView& seen, Point2 at, double width,
               const TrackWidthParams& params) noexcept {
+  const auto [x, y] = at;
   const double end_distance = hidden.distance;
   hidden.distance = width - seen.distance;
   if (end_distance <= 0.0) return false;
@@ -131,41 +132,48 @@ bool estimate(SideView& hidden, const SideView& seen, double x, double y, double
   return true;
 }
 
-WallView view_walls(const LocalWalls& walls, double x, double y, double width, const TrackWidthParams& params,
-                    const CenterlineParams& line_params) noexcept {
-  SideView right = view_side(walls.right, line_params, x, y);
-  SideView left = view_side(walls.left, line_params, x, y);
+// Gradient of (right - left) at a point.
+Point2 gradient_at(Point2 at, const SideView& right, const SideView& left) noexcept {
+  const auto [x, y] = at;
+  const double inverse_right = right.counts && right.distance > 1e-6 ? 1.0 / right.distance : 0.0;
+  const double inverse_left = left.counts && left.distance > 1e-6 ? 1.0 / left.distance : 0.0;
+  // The estimated side moves with the visible one, so the visible side's part of the gradient counts twice.
+  const double weight_right = left.counts ? 1.0 : 2.0;
+  const double weight_left = right.counts ? 1.0 : 2.0;
+  return {weight_right * (x - right.sample.x) * inverse_right - weight_left * (x - left.sample.x) * inverse_left,
+          weight_right * (y - right.sample.y) * inverse_right - weight_left * (y - left.sample.y) * inverse_left};
+}
+
+// Distance [m] to the nearer of the sides that count; of both if none does.
+double nearer_wall(const SideView& right, const SideView& left) noexcept {
+  constexpr double none = std::numeric_limits<double>::infinity();
+  return std::min(right.counts || !left.counts ? right.distance : none,
+                  left.counts || !right.counts ? left.distance : none);
+}
+
+WallSupport support_by(const SideView& right, const SideView& left) noexcept {
+  if (right.representative) return left.representative ? WallSupport::both : WallSupport::right;
+  return left.representative ? WallSupport::left : WallSupport::none;
+}
+
+WallView view_walls(const LocalWalls& walls, Point2 at, double width, const LineLimits& limits) noexcept {
+  const TrackWidthParams& params = limits.width;
+  SideView right = view_side(walls.right, limits.line, at.x, at.y);
+  SideView left = view_side(walls.left, limits.line, at.x, at.y);
   WallView view;
   view.wide = right.representative && left.representative && right.distance + left.distance > params.width_max;
   if (view.wide) (right.distance > left.distance ? right : left).representative = false;
-
-  bool use_right = right.representative;
-  bool use_left = left.representative;
-  if (use_right && use_left) {
-    view.support = WallSupport::both;
-  } else if (use_right) {
-    view.support = WallSupport::right;
-    use_left = estimate(left, right, x, y, width, params);
-  } else if (use_left) {
-    view.support = WallSupport::left;
-    use_right = estimate(right, left, x, y, width, params);
-  } else {
-    view.in_sight = lies_in_sight(right, x, y) && lies_in_sight(left, x, y);
-  }
+  view.support = support_by(right, left);
+  right.counts = right.representative || (left.representative && estimate(right, left, at, width, params));
+  left.counts = left.representative || (right.representative && estimate(left, right, at, width, params));
+  if (view.support == WallSupport::none)
+    view.in_sight = lies_in_sight(right, at.x, at.y) && lies_in_sight(left, at.x, at.y);
   view.right_sample = right.sample;
   view.left_sample = left.sample;
   view.right = right.distance;
   view.left = left.distance;
-  constexpr double none = std::numeric_limits<double>::infinity();
-  view.clearance =
-      std::min(use_right || !use_left ? right.distance : none, use_left || !use_right ? left.distance : none);
-  const double inverse_right = use_right && right.distance > 1e-6 ? 1.0 / right.distance : 0.0;
-  const double inverse_left = use_left && left.distance > 1e-6 ? 1.0 / left.distance : 0.0;
-  // The estimated side moves with the visible one, so the visible side's part of the gradient counts twice.
-  const double weight_right = use_left ? 1.0 : 2.0;
-  const double weight_left = use_right ? 1.0 : 2.0;
-  view.gx = weight_right * (x - right.sample.x) * inverse_right - weight_left * (x - left.sample.x) * inverse_left;
-  view.gy = weight_right * (y - right.sample.y) * inverse_right - weight_left * (y - left.sample.y) * inverse_left;
+  view.clearance = nearer_wall(right, left);
+  view.gradient = gradient_at(at, right, left);
   return view;
 }
 
@@ -190,96 +198,111 @@ class Box {
   double y_max_ = -std::numeric_limits<double>::infinity();
 };
 
+// A point of the line and the walls as seen from it.
+struct LinePoint {
+  Point2 at;
+  WallView view;
+
+  // Unit vector along the line, forward (+1) or backward (-1).
+  [[nodiscard]] Point2 along(double direction) const noexcept {
+    return {direction * view.gradient.y / view.slope(), -direction * view.gradient.x / view.slope()};
+  }
+};
+
 class Tracer {
  public:
-  Tracer(const LocalWalls& walls, const Buffer<TrailPoint>& trail, double width, const CarGeometry& car,
-         const TrackWidthParams& width_params, const CenterlineParams& params) noexcept
-      : walls_(walls),
-        trail_(trail),
-        width_params_(width_params),
-        params_(params),
-        width_(width),
-        half_car_(0.5 * car.width),
-        loop_points_(static_cast<std::size_t>(params.loop_length / params.spacing)),
-        meeting_distance_(params.same_way * width) {
-    for (const TrailPoint& p : trail) trail_box_.add(p.x, p.y);
+  Tracer(const LineScene& scene, const LineLimits& limits) noexcept
+      : walls_(scene.walls),
+        trail_(scene.trail),
+        limits_(limits),
+        params_(limits.line),
+        width_(scene.width),
+        half_car_(0.5 * limits.car.width),
+        loop_points_(static_cast<std::size_t>(params_.loop_length / params_.spacing)),
+        meeting_distance_(params_.same_way * scene.width) {
+    for (const TrailPoint& p : trail_) trail_box_.add(p.x, p.y);
   }
 
-  // Projects (x, y) onto the centerline by Newton steps; false if that fails.
-  bool project(double& x, double& y, WallView& view) const noexcept {
+  // Projects a point onto the centerline by Newton steps; false if that fails.
+  bool project(LinePoint& point) const noexcept {
     for (int i = 0; i < newton_steps; ++i) {
-      view = view_walls(walls_, x, y, width_, width_params_, params_);
-      if (view.support == WallSupport::none) return false;
-      if (!correct(view, x, y, newton_reach)) return false;
+      look(width_, point);
+      if (point.view.support == WallSupport::none) return false;
+      if (!correct(newton_reach, point)) return false;
     }
-    view = view_walls(walls_, x, y, width_, width_params_, params_);
-    return view.support != WallSupport::none && std::abs(view.imbalance()) < found;
+    look(width_, point);
+    return point.view.support != WallSupport::none && std::abs(point.view.imbalance()) < found;
   }
 
-  // Traces the centerline from (x, y) over `length` [m], forward (+1) or backward (-1).
-  LineEnd trace(double x, double y, WallView view, double direction, double length,
-                Buffer<CenterlinePoint>& out) const noexcept {
-    LocalWidth width(width_, width_params_);
-    double hx = direction * view.gy / view.slope();
-    double hy = -direction * view.gx / view.slope();
+  // Traces the centerline from `point` over `length` [m], forward (+1) or backward (-1).
+  LineEnd trace(LinePoint point, double direction, double length, Buffer<CenterlinePoint>& out) const noexcept {
+    LocalWidth width(width_, limits_.width);
+    Point2 heading = point.along(direction);
+    const WallView& view = point.view;
     double unsupported = 0.0;  // [m] since the last point supported by a wall
     double farthest = 0.0;     // [m] maximum of `unsupported`
     for (double s = 0.0; s <= length; s += params_.spacing) {
-      if (s > 0.0) {
-        x += params_.spacing * hx;
-        y += params_.spacing * hy;
-        view = view_walls(walls_, x, y, width.value(), width_params_, params_);
-        // Between two visible ends, as where the track widens on both sides, the line goes straight on.
-        if (view.support != WallSupport::none) {
-          if (std::abs(view.imbalance()) > on_line) {
-            correct(view, x, y, share_of_step * params_.spacing);
-            view = view_walls(walls_, x, y, width.value(), width_params_, params_);
-          }
-          turn(view, direction, hx, hy);
-        }
-      }
+      if (s > 0.0) advance(direction, width.value(), point, heading);
       unsupported = view.support == WallSupport::none ? unsupported + params_.spacing : 0.0;
       if (unsupported <= params_.spacing) farthest = view.in_sight ? std::max(width_, params_.sight_length) : width_;
       if (unsupported > farthest) return LineEnd::end_of_view;
       if (view.clearance < half_car_) return LineEnd::too_narrow;
-      if (direction > 0.0 && (runs_against_trail(x, y, hx, hy, s) || meets_itself(out, x, y)))
+      if (direction > 0.0 && (runs_against_trail(point.at, heading, s) || meets_itself(out, point.at)))
         return LineEnd::turns_back;
-      const bool pair = view.support == WallSupport::both;
-      if (pair)
-        width.observe(view.right + view.left);
-      else
-        width.miss(params_.spacing);
-      const double w = pair ? view.right + view.left : width.value();
-      if (!out.push({x, y, w, view.support, view.right_sample, view.left_sample, view.wide})) return LineEnd::length;
+      const double w = measure(view, width);
+      if (!out.push({point.at.x, point.at.y, w, view.support, view.right_sample, view.left_sample, view.wide})) break;
     }
     return LineEnd::length;
   }
 
  private:
+  void look(double width, LinePoint& point) const noexcept {
+    point.view = view_walls(walls_, point.at, width, limits_);
+  }
+
+  // One spacing along `heading`, then onto the line. Between two visible ends, as where the track widens on both sides,
+  // the line goes straight on; the heading is also kept if both walls are in the same direction (a dead end, a pocket).
+  void advance(double direction, double width, LinePoint& point, Point2& heading) const noexcept {
+    point.at.x += params_.spacing * heading.x;
+    point.at.y += params_.spacing * heading.y;
+    look(width, point);
+    if (point.view.support == WallSupport::none) return;
+    if (std::abs(point.view.imbalance()) > on_line) {
+      correct(share_of_step * params_.spacing, point);
+      look(width, point);
+    }
+    if (point.view.slope() >= pocket) turn(point.along(direction), heading);
+  }
+
   // One Newton step toward equal distances, at most `reach` [m].
-  static bool correct(const WallView& view, double& x, double& y, double reach) noexcept {
-    const double slope = view.slope();
+  static bool correct(double reach, LinePoint& point) noexcept {
+    const double slope = point.view.slope();
     if (slope < flat) return false;
-    const double step = std::clamp(-view.imbalance() / slope, -reach, reach);
-    x += step * view.gx / slope;
-    y += step * view.gy / slope;
+    const double step = std::clamp(-point.view.imbalance() / slope, -reach, reach);
+    point.at.x += step * point.view.gradient.x / slope;
+    point.at.y += step * point.view.gradient.y / slope;
     return true;
   }
 
-  // Turns the heading along the line, by at most `turn_step` per point. If both walls are in the same direction (a dead
-  // end, a pocket), the heading is kept.
-  void turn(const WallView& view, double direction, double& hx, double& hy) const noexcept {
-    const double slope = view.slope();
-    if (slope < pocket) return;
-    const double tx = direction * view.gy / slope;
-    const double ty = -direction * view.gx / slope;
+  // Turns the heading to `along`, by at most `turn_step`.
+  void turn(Point2 along, Point2& heading) const noexcept {
     const double limit = params_.turn_step;
-    const double angle = std::clamp(std::atan2(hx * ty - hy * tx, hx * tx + hy * ty), -limit, limit);
+    const double angle =
+        std::clamp(std::atan2(heading.x * along.y - heading.y * along.x, heading.x * along.x + heading.y * along.y),
+                   -limit, limit);
     const double c = std::cos(angle);
     const double s = std::sin(angle);
-    const double nx = c * hx - s * hy;
-    hy = s * hx + c * hy;
-    hx = nx;
+    heading = {c * heading.x - s * heading.y, s * heading.x + c * heading.y};
+  }
+
+  // [m] The width at a point, measured between two walls, else estimated.
+  [[nodiscard]] double measure(const WallView& view, LocalWidth& width) const noexcept {
+    const bool pair = view.support == WallSupport::both;
+    if (pair)
+      width.observe(view.right + view.left);
+    else
+      width.miss(params_.spacing);
+    return pair ? view.right + view.left : width.value();
   }
 
   [[nodiscard]] bool is_near(double dx, double dy) const noexcept {
@@ -287,22 +310,23 @@ class Tracer {
   }
 
   // A line around the end of a wall may return to its start.
-  [[nodiscard]] bool meets_itself(const Buffer<CenterlinePoint>& line, double x, double y) const noexcept {
+  [[nodiscard]] bool meets_itself(const Buffer<CenterlinePoint>& line, Point2 at) const noexcept {
     for (std::size_t i = 0; i + loop_points_ < line.size(); i += 2)
-      if (is_near(x - line[i].x, y - line[i].y)) return true;
+      if (is_near(at.x - line[i].x, at.y - line[i].y)) return true;
     return false;
   }
 
-  [[nodiscard]] bool runs_against_trail(double x, double y, double hx, double hy, double s) const noexcept {
-    if (s < params_.trail_free || !trail_box_.contains(x, y, meeting_distance_)) return false;
-    for (const TrailPoint& p : trail_)
-      if (is_near(x - p.x, y - p.y) && hx * std::cos(p.yaw) + hy * std::sin(p.yaw) < params_.trail_against) return true;
-    return false;
+  [[nodiscard]] bool runs_against_trail(Point2 at, Point2 heading, double s) const noexcept {
+    if (s < params_.trail_free || !trail_box_.contains(at.x, at.y, meeting_distance_)) return false;
+    const auto along = [&](double yaw) { return heading.x * std::cos(yaw) + heading.y * std::sin(yaw); };
+    return std::any_of(trail_.begin(), trail_.end(), [&](const TrailPoint& p) {
+      return is_near(at.x - p.x, at.y - p.y) && along(p.yaw) < params_.trail_against;
+    });
   }
 
   const LocalWalls& walls_;
   const Buffer<TrailPoint>& trail_;
-  const TrackWidthParams& width_params_;
+  const LineLimits& limits_;
   const CenterlineParams& params_;
   double width_;
   double half_car_;
@@ -338,34 +362,39 @@ double line_length(const Buffer<CenterlinePoint>& points, std::size_t first) noe
   return length;
 }
 
+// Traces the line from `seed`, which lies `ahead` [m] of the front axle.
+void trace_both_ways(const Tracer& tracer, const LinePoint& seed, double ahead, const CenterlineParams& params,
+                     Centerline& line) noexcept {
+  tracer.trace(seed, -1.0, params.start_behind + ahead, line.points);
+  end_at_last_wall(line.points);
+  std::reverse(line.points.begin(), line.points.end());
+  if (!line.points.empty()) line.points.shrink(line.points.size() - 1);
+  line.nearest = line.points.size();
+  line.end = tracer.trace(seed, 1.0, params.horizon, line.points);
+  end_at_last_wall(line.points);
+  line.ahead = line_length(line.points, std::min(line.nearest, line.points.size())) + ahead;
+}
+
 }  // namespace
 
-void trace_centerline(const LocalWalls& walls, const Buffer<TrailPoint>& trail, double width, const CarGeometry& car,
-                      const TrackWidthParams& width_params, const CenterlineParams& params, Centerline& line) noexcept {
+void trace_centerline(const LineScene& scene, const LineLimits& limits, Centerline& line) noexcept {
   line.points.clear();
   line.nearest = 0;
   line.ahead = 0.0;
   line.end = LineEnd::none;
-  const Tracer tracer(walls, trail, width, car, width_params, params);
+  const CenterlineParams& params = limits.line;
+  const Point2 front_axle{limits.car.wheelbase, 0.0};
+  const Tracer tracer(scene, limits);
 
   // The walls beside the car may be occluded: start as close to the front axle as possible.
   const double step = params.seed_step;
   const int tries = static_cast<int>(params.seed_reach / step) + 2;
   for (int i = 0; i < tries; ++i) {
     const double ahead = i + 1 < tries ? step * i : -step;
-    double x = car.wheelbase + ahead;
-    double y = 0.0;
-    WallView view;
-    if (!tracer.project(x, y, view) || view.slope() < flat) continue;
-    if (meets_wall(walls, {car.wheelbase, 0.0}, {x, y}, params)) continue;
-    tracer.trace(x, y, view, -1.0, params.start_behind + std::max(0.0, ahead), line.points);
-    end_at_last_wall(line.points);
-    std::reverse(line.points.begin(), line.points.end());
-    if (!line.points.empty()) line.points.shrink(line.points.size() - 1);
-    line.nearest = line.points.size();
-    line.end = tracer.trace(x, y, view, 1.0, params.horizon, line.points);
-    end_at_last_wall(line.points);
-    line.ahead = line_length(line.points, std::min(line.nearest, line.points.size())) + std::max(0.0, ahead);
+    LinePoint seed{{front_axle.x + ahead, 0.0}, {}};
+    if (!tracer.project(seed) || seed.view.slope() < flat) continue;
+    if (meets_wall(scene.walls, front_axle, seed.at, params)) continue;
+    trace_both_ways(tracer, seed, std::max(0.0, ahead), params, line);
     return;
   }
 }

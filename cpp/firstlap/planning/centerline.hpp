@@ -67,9 +67,21 @@ struct Centerline {
   }
 };
 
-// Traces the centerline between `walls`. `width` [m] is the remembered track width. Fewer than four points are no
-// usable centerline.
-void trace_centerline(const LocalWalls& walls, const Buffer<TrailPoint>& trail, double width, const CarGeometry& car,
-                      const TrackWidthParams& width_params, const CenterlineParams& params, Centerline& line) noexcept;
+// What the centerline is traced from, in base_link.
+struct LineScene {
+  const LocalWalls& walls;
+  const Buffer<TrailPoint>& trail;
+  double width;  // [m] remembered track width
+};
+
+// Parameters of the centerline.
+struct LineLimits {
+  const CarGeometry& car;
+  const TrackWidthParams& width;
+  const CenterlineParams& line;
+};
+
+// Traces the centerline between the walls. Fewer than four points are no usable centerline.
+void trace_centerline(const LineScene& scene, const LineLimits& limits, Centerline& line) noexcept;
 
 }  // namespace firstlap

@@ -32,15 +32,24 @@ void place(ControlPoint& control_point) noexcept {
                       control_point.on_line.y + control_point.offset * control_point.normal.y};
 }
 
-// Limits of the offset, so that the path keeps its clearance up to the midpoints to the neighboring control points.
-void limit_offsets(const Buffer<CenterlinePoint>& line, const Buffer<Point2>& points, std::size_t i, double reach,
-                   double clearance, ControlPoint& control_point) noexcept {
+// The smoothed centerline, with the clearance [m] that the path keeps from the walls.
+struct Corridor {
+  const Buffer<CenterlinePoint>& line;
+  const Buffer<Point2>& points;
+  double clearance;
+};
+
+// Limits of the offset at point i, so that the path keeps its clearance over `reach` [m] to both sides.
+void limit_offsets(const Corridor& corridor, std::size_t i, double reach, ControlPoint& control_point) noexcept {
+  const Buffer<Point2>& points = corridor.points;
   control_point.low = -1e9;
   control_point.high = 1e9;
   const auto narrow = [&](std::size_t j) {
-    const Point2 normal = normal_at(points, j);
-    const double beside = normal.x * (points[j].x - line[j].x) + normal.y * (points[j].y - line[j].y);
-    const double slack = std::max(0.0, clearance_at(line[j]) - clearance);
+    const Point2 normal = normal_at(corridor.points, j);
+    const Point2& on_line = corridor.points[j];
+    const CenterlinePoint& middle = corridor.line[j];
+    const double beside = normal.x * (on_line.x - middle.x) + normal.y * (on_line.y - middle.y);
+    const double slack = std::max(0.0, clearance_at(middle) - corridor.clearance);
     control_point.low = std::max(control_point.low, -slack - beside);
     control_point.high = std::min(control_point.high, slack - beside);
   };
@@ -51,6 +60,35 @@ void limit_offsets(const Buffer<CenterlinePoint>& line, const Buffer<Point2>& po
   control_point.high = std::max(control_point.high, 0.0);
 }
 
+// The bending of the path as a function of one control point's position: gradient and stiffness.
+class Bending {
+ public:
+  explicit Bending(const Buffer<ControlPoint>& control_points) noexcept : control_points_(control_points) {}
+
+  // Adds the change of direction per length at control point `middle`; `lever` is its derivative with respect to the
+  // offset.
+  void add(std::size_t middle, double lever) noexcept {
+    const ControlPoint& a = control_points_[middle - 1];
+    const ControlPoint& b = control_points_[middle];
+    const ControlPoint& c = control_points_[middle + 1];
+    const double weight = 2.0 / (b.step + c.step);
+    const Point2 turn{(c.at.x - b.at.x) / c.step - (b.at.x - a.at.x) / b.step,
+                      (c.at.y - b.at.y) / c.step - (b.at.y - a.at.y) / b.step};
+    pull_ = {pull_.x + weight * lever * turn.x, pull_.y + weight * lever * turn.y};
+    stiffness_ += weight * lever * lever;
+  }
+
+  // Offset [m] along `normal` from the position of least bending.
+  [[nodiscard]] double excess(Point2 normal) const noexcept {
+    return (pull_.x * normal.x + pull_.y * normal.y) / stiffness_;
+  }
+
+ private:
+  const Buffer<ControlPoint>& control_points_;
+  Point2 pull_{};
+  double stiffness_ = 0.0;
+};
+
 // Minimizes the integral of squared curvature by relaxation. The first two control points are fixed.
 void relax(int passes, Buffer<ControlPoint>& control_points) noexcept {
   const std::size_t n = control_points.size();
@@ -58,38 +96,21 @@ void relax(int passes, Buffer<ControlPoint>& control_points) noexcept {
     for (std::size_t i = 1; i < n; ++i)
       control_points[i].step = std::max(distance(control_points[i - 1].at, control_points[i].at), 1e-3);
     for (std::size_t i = 2; i < n; ++i) {
-      Point2 pull{};
-      double stiffness = 0.0;
-      // Change of direction at a control point per length; `lever` is its derivative with respect to the offset of
-      // control point i.
-      const auto add = [&](std::size_t middle, double lever) {
-        const ControlPoint& a = control_points[middle - 1];
-        const ControlPoint& b = control_points[middle];
-        const ControlPoint& c = control_points[middle + 1];
-        const double weight = 2.0 / (b.step + c.step);
-        const Point2 turn{(c.at.x - b.at.x) / c.step - (b.at.x - a.at.x) / b.step,
-                          (c.at.y - b.at.y) / c.step - (b.at.y - a.at.y) / b.step};
-        pull = {pull.x + weight * lever * turn.x, pull.y + weight * lever * turn.y};
-        stiffness += weight * lever * lever;
-      };
       ControlPoint& control_point = control_points[i];
-      add(i - 1, 1.0 / control_point.step);
-      if (i + 1 < n) add(i, -1.0 / control_point.step - 1.0 / control_points[i + 1].step);
-      if (i + 2 < n) add(i + 1, 1.0 / control_points[i + 1].step);
-      const double move = (pull.x * control_point.normal.x + pull.y * control_point.normal.y) / stiffness;
+      Bending bending(control_points);
+      bending.add(i - 1, 1.0 / control_point.step);
+      if (i + 1 < n) bending.add(i, -1.0 / control_point.step - 1.0 / control_points[i + 1].step);
+      if (i + 2 < n) bending.add(i + 1, 1.0 / control_points[i + 1].step);
+      const double move = bending.excess(control_point.normal);
       control_point.offset = std::clamp(control_point.offset - overshoot * move, control_point.low, control_point.high);
       place(control_point);
     }
   }
 }
 
-}  // namespace
-
-bool minimum_curvature_path(const Buffer<CenterlinePoint>& line, const PathConditions& conditions,
-                            const MinimumCurvatureParams& params, Buffer<ControlPoint>& control_points,
-                            Buffer<Point2>& points) noexcept {
-  control_points.clear();
-  if (params.bend_passes == 0 || points.size() < min_control_points) return false;
+// The first two control points, on the arc that the car is driving.
+void start_on_arc(const PathConditions& conditions, const MinimumCurvatureParams& params,
+                  Buffer<ControlPoint>& control_points) noexcept {
   const auto on_arc = [&](double x) {
     ControlPoint control_point;
     control_point.at = {x, 0.5 * conditions.curvature * x * x};
@@ -97,6 +118,12 @@ bool minimum_curvature_path(const Buffer<CenterlinePoint>& line, const PathCondi
   };
   control_points.push(on_arc(params.bend_lead - params.bend_spacing));
   control_points.push(on_arc(params.bend_lead));
+}
+
+// The other control points, evenly spaced along the smoothed centerline from the car on.
+void continue_on_line(const Corridor& corridor, const PathConditions& conditions, const MinimumCurvatureParams& params,
+                      Buffer<ControlPoint>& control_points) noexcept {
+  const Buffer<Point2>& points = corridor.points;
   const std::size_t foot = nearest_to_base_link(points);
   double left = 0.0;  // [m] of line ahead
   for (std::size_t i = foot + 1; i < points.size(); ++i) left += distance(points[i], points[i - 1]);
@@ -107,17 +134,26 @@ bool minimum_curvature_path(const Buffer<CenterlinePoint>& line, const PathCondi
     left -= piece;
     if (along < params.bend_spacing) continue;
     along -= params.bend_spacing;
-    ControlPoint control_point;
-    control_point.on_line = points[i];
-    control_point.normal = normal_at(points, i);
-    limit_offsets(line, points, i, 0.5 * params.bend_spacing, conditions.clearance, control_point);
+    ControlPoint control_point{.on_line = points[i], .normal = normal_at(points, i)};
+    limit_offsets(corridor, i, 0.5 * params.bend_spacing, control_point);
     // The track beyond the end of the line is unknown: toward the end the path returns to the line.
     const double share = std::min(1.0, left / params.bend_sight);
     control_point.low *= share;
     control_point.high *= share;
     place(control_point);
-    if (!control_points.push(control_point)) break;
+    if (!control_points.push(control_point)) return;
   }
+}
+
+}  // namespace
+
+bool minimum_curvature_path(const Buffer<CenterlinePoint>& line, const PathConditions& conditions,
+                            const MinimumCurvatureParams& params, Buffer<ControlPoint>& control_points,
+                            Buffer<Point2>& points) noexcept {
+  control_points.clear();
+  if (params.bend_passes == 0 || points.size() < min_control_points) return false;
+  start_on_arc(conditions, params, control_points);
+  continue_on_line({line, points, conditions.clearance}, conditions, params, control_points);
   if (control_points.size() < min_control_points) return false;
   relax(params.bend_passes, control_points);
   points.clear();

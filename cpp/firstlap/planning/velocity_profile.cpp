@@ -23,19 +23,21 @@ double next_speed(double v, double s, double acceleration, double cornering,
   return std::max(params.v_min, std::min({params.v_max, reached, cornering}));
 }
 
-}  // namespace
-
-void plan_velocity(double speed, std::size_t from, const VelocityProfileParams& params,
-                   Buffer<TrajectoryPoint>& path) noexcept {
+// Forward pass, from the speed of the car.
+void accelerate(double speed, std::size_t from, const VelocityProfileParams& params,
+                Buffer<TrajectoryPoint>& path) noexcept {
   const std::size_t n = path.size();
-  if (n == 0) return;
   for (std::size_t i = 0; i <= from && i < n; ++i) path[i].velocity = std::max(speed, params.v_standing);
   for (std::size_t i = from + 1; i < n; ++i) {
     const TrajectoryPoint& p = path[i - 1];
     const double a = params.a_x_max * grip_left(p.velocity, p.curvature, params);
     path[i].velocity = next_speed(p.velocity, path[i].s - p.s, a, cornering_speed(path[i].curvature, params), params);
   }
-  // Backward pass. Anything may be beyond the horizon, so it starts at v_min.
+}
+
+// Backward pass. Anything may be beyond the horizon, so it starts at v_min.
+void brake(std::size_t from, const VelocityProfileParams& params, Buffer<TrajectoryPoint>& path) noexcept {
+  const std::size_t n = path.size();
   double v = params.v_min;
   path[n - 1].velocity = std::min(path[n - 1].velocity, v);
   for (std::size_t i = n - 1; i-- > from;) {
@@ -44,12 +46,26 @@ void plan_velocity(double speed, std::size_t from, const VelocityProfileParams& 
     v = next_speed(v, p.s - path[i].s, a, cornering_speed(path[i].curvature, params), params);
     path[i].velocity = std::min(path[i].velocity, v);
   }
-  // Near the end of the visible track, v_min must not apply.
+}
+
+// Near the end of the visible track, v_min must not apply.
+void slow_to_horizon(std::size_t from, const VelocityProfileParams& params, Buffer<TrajectoryPoint>& path) noexcept {
+  const std::size_t n = path.size();
   for (std::size_t i = from; i < n; ++i) {
     const double left = path[n - 1].s - path[i].s;
     const double limit = std::sqrt(params.v_horizon * params.v_horizon - 2.0 * params.a_x_min * left);
     path[i].velocity = std::min(path[i].velocity, limit);
   }
+}
+
+}  // namespace
+
+void plan_velocity(double speed, std::size_t from, const VelocityProfileParams& params,
+                   Buffer<TrajectoryPoint>& path) noexcept {
+  if (path.empty()) return;
+  accelerate(speed, from, params, path);
+  brake(from, params, path);
+  slow_to_horizon(from, params, path);
 }
 
 void stop_before(double s, const VelocityProfileParams& params, Buffer<TrajectoryPoint>& path) noexcept {

@@ -29,22 +29,26 @@ WallSegment to_base_link(const Pose2& base_link, const WallSegment& w) noexcept 
   return {a.x, a.y, b.x, b.y};
 }
 
-// Narrows [t0, t1] to where start + t step lies in [low, high]; false if nothing is left.
-bool clip(double start, double step, double low, double high, double& t0, double& t1) noexcept {
+// Part of a segment, as fractions of it.
+struct Part {
+  double from = 0.0, to = 1.0;
+};
+
+// Narrows `part` to where start + t step lies in [low, high]; false if nothing is left.
+bool clip(double start, double step, double low, double high, Part& part) noexcept {
   if (step == 0.0) return start >= low && start <= high;
   double enter = (low - start) / step, leave = (high - start) / step;
   if (enter > leave) std::swap(enter, leave);
-  t0 = std::max(t0, enter);
-  t1 = std::min(t1, leave);
-  return t0 <= t1;
+  part = {std::max(part.from, enter), std::min(part.to, leave)};
+  return part.from <= part.to;
 }
 
 // Middle of the segment's part inside the box, as a fraction of the segment (Liang and Barsky, 1984).
 std::optional<double> middle_inside(const Box& box, const WallSegment& w) noexcept {
-  double t0 = 0.0, t1 = 1.0;
-  if (!clip(w.x1, w.x2 - w.x1, box.x0, box.x1, t0, t1)) return std::nullopt;
-  if (!clip(w.y1, w.y2 - w.y1, box.y0, box.y1, t0, t1)) return std::nullopt;
-  return 0.5 * (t0 + t1);
+  Part part;
+  if (!clip(w.x1, w.x2 - w.x1, box.x0, box.x1, part)) return std::nullopt;
+  if (!clip(w.y1, w.y2 - w.y1, box.y0, box.y1, part)) return std::nullopt;
+  return 0.5 * (part.from + part.to);
 }
 
 double distance_to_box(const Box& box, double x, double y) noexcept {

@@ -27,6 +27,14 @@ double limited_acceleration(const VehicleParams& p, double speed, double acceler
   return std::clamp(acceleration, -p.brake_max, most);
 }
 
+// Without side slip, below kinematic_below.
+GymState kinematic_derivative(const GymState& state, double wheelbase, double rate, double a) noexcept {
+  const double steering = state[2], v = state[3], yaw = state[4];
+  const double tangent = std::tan(steering);
+  const double yaw_acceleration = (a * tangent + v * rate * (1.0 + tangent * tangent)) / wheelbase;
+  return {v * std::cos(yaw), v * std::sin(yaw), rate, a, v * tangent / wheelbase, yaw_acceleration, 0.0};
+}
+
 }  // namespace
 
 GymState gym_derivative(const CarGeometry& geometry, const VehicleParams& p, const GymState& state,
@@ -35,11 +43,7 @@ GymState gym_derivative(const CarGeometry& geometry, const VehicleParams& p, con
   const double rate = limited_rate(geometry, steering, input.steering_rate);
   const double a = limited_acceleration(p, v, input.acceleration);
   const double wheelbase = p.l_f + p.l_r;
-  if (std::abs(v) < kinematic_below) {
-    const double tangent = std::tan(steering);
-    const double yaw_acceleration = (a * tangent + v * rate * (1.0 + tangent * tangent)) / wheelbase;
-    return {v * std::cos(yaw), v * std::sin(yaw), rate, a, v * tangent / wheelbase, yaw_acceleration, 0.0};
-  }
+  if (std::abs(v) < kinematic_below) return kinematic_derivative(state, wheelbase, rate, a);
   // Cornering stiffness times axle load, each divided by mass / wheelbase.
   const double front = p.gym_stiffness_front * (gravity * p.l_r - a * p.cg_height);
   const double rear = p.gym_stiffness_rear * (gravity * p.l_f + a * p.cg_height);

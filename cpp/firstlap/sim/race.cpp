@@ -61,11 +61,7 @@ Race::Race(const Track& track, const Car& car, Driver& driver, const RaceOptions
   step_ = period_ / steps_per_scan_;
   vehicle_.reset(start_pose(progress_, options_));
   last_pose_ = vehicle_.pose();
-  if (touch(car_.geometry, last_pose_, track.walls)) throw std::invalid_argument("race: the car starts on a wall");
-  if (beyond_wall(progress_, options_, track.walls)) {
-    throw std::invalid_argument("race: the car starts beyond a wall, " + plain(options_.start_offset) +
-                                " m left of the centerline");
-  }
+  check_start();
   progress_.reset({last_pose_.x, last_pose_.y});
   sensors_.record(0.0, sensed(vehicle_, car_));
   if (car_.state_estimate.enabled) estimate_.emplace(car_.state_estimate, model_of(car));
@@ -73,6 +69,14 @@ Race::Race(const Track& track, const Car& car, Driver& driver, const RaceOptions
     box_.emplace(obstacle_pose(progress_, options_), options_.obstacle_length, options_.obstacle_width, car_.lidar);
   }
   driver_->reset();
+}
+
+void Race::check_start() const {
+  if (touch(car_.geometry, last_pose_, track_->walls)) throw std::invalid_argument("race: the car starts on a wall");
+  if (beyond_wall(progress_, options_, track_->walls)) {
+    throw std::invalid_argument("race: the car starts beyond a wall, " + plain(options_.start_offset) +
+                                " m left of the centerline");
+  }
 }
 
 bool Race::advance() {

@@ -113,6 +113,7 @@ class Race {
   Driver& driver() const noexcept { return *driver_; }
 
  private:
+  void check_start() const;
   void move(int i);
   void sweep(const Pose2& before, const Pose2& after, int i);
   void check_laps(double distance);

@@ -20,18 +20,17 @@ std::int32_t clamped_cell(double offset, double cell_size, std::int32_t cells) {
   return cell < cells - 1 ? static_cast<std::int32_t>(cell) : cells - 1;
 }
 
-// Range along a ray from the origin in direction (cos, sin) to a segment; +inf without a hit.
-double intersect(double c, double s, double x1, double y1, double x2, double y2) {
-  const double dx = x2 - x1, dy = y2 - y1;
-  const double denominator = c * dy - s * dx;
-  if (denominator == 0.0) return std::numeric_limits<double>::infinity();
-  const double range = (x1 * dy - y1 * dx) / denominator;
-  const double along = (x1 * s - y1 * c) / denominator;
-  const bool hit = range >= 0.0 && along >= 0.0 && along <= 1.0;
+}  // namespace
+
+double range_along(Point2 beam, const WallSegment& w) noexcept {
+  const double dx = w.x2 - w.x1, dy = w.y2 - w.y1;
+  const double across = beam.x * dy - beam.y * dx;
+  if (across == 0.0) return std::numeric_limits<double>::infinity();
+  const double range = (w.x1 * dy - w.y1 * dx) / across;
+  const double share = (w.x1 * beam.y - w.y1 * beam.x) / across;
+  const bool hit = range >= 0.0 && share >= 0.0 && share <= 1.0;
   return hit ? range : std::numeric_limits<double>::infinity();
 }
-
-}  // namespace
 
 double distance(Point2 point, const WallSegment& s) noexcept {
   const double dx = s.x2 - s.x1, dy = s.y2 - s.y1;
@@ -147,11 +146,11 @@ double Walls::nearest_distance(Point2 point) const {
 }
 
 double Walls::raycast_brute_force(const Pose2& pose, double angle) const {
-  const double c = std::cos(pose.yaw + angle), s = std::sin(pose.yaw + angle);
+  const Point2 beam{std::cos(pose.yaw + angle), std::sin(pose.yaw + angle)};
   double nearest = std::numeric_limits<double>::infinity();
   for (const WallSegment& w : segments_) {
     if (!w.visible) continue;
-    nearest = std::min(nearest, intersect(c, s, w.x1 - pose.x, w.y1 - pose.y, w.x2 - pose.x, w.y2 - pose.y));
+    nearest = std::min(nearest, range_along(beam, {w.x1 - pose.x, w.y1 - pose.y, w.x2 - pose.x, w.y2 - pose.y}));
   }
   return nearest;
 }

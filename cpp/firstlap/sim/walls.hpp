@@ -84,6 +84,9 @@ class Walls {
   std::vector<std::uint32_t> cell_items_;
 };
 
+// Range [m] from the origin along the unit vector `beam` to a segment; +inf without a hit.
+double range_along(Point2 beam, const WallSegment& segment) noexcept;
+
 // Distance [m] from a point to a segment.
 double distance(Point2 point, const WallSegment& segment) noexcept;
 

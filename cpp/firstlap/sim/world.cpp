@@ -162,7 +162,7 @@ void World::sweep(std::size_t index, int i) {
   for (std::size_t other = 0; other < agents_.size(); ++other) {
     if (other == index) continue;
     const auto edges = body_edges(car_.geometry, between(agents_[other]->before, agents_[other]->vehicle.pose(), t));
-    draw_body(agent.lidar.params(), laser, edges, agent.next_beam, last, agent.ranges);
+    draw_body(agent.lidar.params(), laser, edges, {agent.next_beam, last}, agent.ranges);
   }
   agent.next_beam = last;
 }

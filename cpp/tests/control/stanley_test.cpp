@@ -40,7 +40,7 @@ StanleyParams only(double StanleyParams::*gain, double value) {
 SteeringTerms terms(const Buffer<TrajectoryPoint>& path, const VehicleState& state, const StanleyParams& params,
                     double previous = 0.0) {
   TrajectoryPoint point;
-  return track_path(path, 0, state, previous, params, car, point);
+  return track_path({path, 0, state, previous}, params, car, point);
 }
 
 TEST(Stanley, the_heading_term_alone_steers_in_the_direction_of_the_path) {
@@ -173,7 +173,7 @@ TEST(Stanley, a_lookahead_beyond_the_paths_end_takes_the_last_point) {
   Buffer<TrajectoryPoint> path(8);
   for (int i = 0; i < 4; ++i) path.push({0.1 * i, car.wheelbase + 0.1 * i, 0.1, 0.0, 0.0, 1.0});
   TrajectoryPoint point;
-  track_path(path, 0, {1.0, 0.0, 0.0}, 0.0, p, car, point);
+  track_path({path, 0, {1.0, 0.0, 0.0}, 0.0}, p, car, point);
   EXPECT_DOUBLE_EQ(point.x, path.back().x);
 }
 

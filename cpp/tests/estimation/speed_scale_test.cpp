@@ -71,7 +71,7 @@ SpeedScale after(double seconds, double true_speed, double measured, double comm
     expect_speed(command, dt, CarDynamics{}, scale);
     learn_from_command(measured, dt, params, scale);
     const double assumed = measured * measured_speed_scale(scale, params);
-    learn_from_walls({(true_speed - assumed) * dt, 1e6}, assumed * dt, measured * dt, dt, params, scale);
+    learn_from_walls({(true_speed - assumed) * dt, 1e6}, {assumed * dt, measured * dt, dt}, params, scale);
   }
   return scale;
 }

@@ -18,7 +18,7 @@ struct Sides {
     sample_sections(points, sections, CarGeometry{}, spacing, params, samples);
   }
   void choose() {
-    candidates = rank_splits(points, sections, samples, width, params);
+    candidates = rank_splits({points, sections, samples}, width, params);
     if (candidates.count > 0)
       split_into_sides(sections, samples, {candidates.items[0].split, width, spacing}, params, walls);
   }
@@ -139,7 +139,7 @@ struct TwoGaps {
   // Score of the gap before a section; 0 if it is no candidate.
   [[nodiscard]] double score(std::size_t split, double width) const {
     const Buffer<SectionSample> no_past(1);
-    const Candidates found = rank_splits(points, sections, no_past, width, {});
+    const Candidates found = rank_splits({points, sections, no_past}, width, {});
     for (std::size_t i = 0; i < found.count; ++i)
       if (found.items[i].split == split) return found.items[i].score;
     return 0.0;

@@ -37,7 +37,7 @@ LocalWalls corridor(double y_right, double y_left, double length = 12.0) {
 
 Centerline trace(const LocalWalls& walls, double width = 2.0, const Buffer<TrailPoint>& trail = Buffer<TrailPoint>(1)) {
   Centerline line;
-  trace_centerline(walls, trail, width, CarGeometry{}, TrackWidthParams{}, CenterlineParams{}, line);
+  trace_centerline({walls, trail, width}, {CarGeometry{}, TrackWidthParams{}, CenterlineParams{}}, line);
   return line;
 }
 

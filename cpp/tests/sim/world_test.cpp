@@ -67,7 +67,7 @@ TEST(World, a_body_is_scanned_like_a_box_of_walls) {
     std::vector<float> expected(static_cast<std::size_t>(params.beams)), drawn = expected;
     Lidar(params, box).scan(laser, expected);
     Lidar(params, none).scan(laser, drawn);
-    draw_body(params, laser, edges, 0, params.beams, drawn);
+    draw_body(params, laser, edges, {0, params.beams}, drawn);
     int differing = 0, seen = 0;
     for (std::size_t i = 0; i < drawn.size(); ++i) {
       seen += std::isfinite(expected[i]);
