@@ -84,12 +84,13 @@ class Lab:
             self.probe.trigger("/reset")  # the car may be at a wall after the previous test
         self.resume()
 
-    def until(self, condition: Callable[[], Any], what: str, seconds: float = PATIENCE) -> Any:
-        """Spins the probe until a condition holds; fails with the output of all processes."""
+    def until(self, condition: Callable[[], Any], what: str | Callable[[], str], seconds: float = PATIENCE) -> Any:
+        """Spins the probe until a condition holds; fails with what it waited for and the output of all processes."""
         deadline = time.monotonic() + seconds
         while not (found := condition()):
             if time.monotonic() > deadline:
-                raise AssertionError(f"never: {what}\n" + "\n".join(one.output[-3000:] for one in self.running))
+                waited = what if isinstance(what, str) else what()
+                raise AssertionError(f"never: {waited}\n" + "\n".join(one.output[-3000:] for one in self.running))
             self.probe.spin(0.01)
         return found
 

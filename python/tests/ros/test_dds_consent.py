@@ -69,15 +69,18 @@ def refused(lab: Any) -> bool:
     return word(lab, "go")[1].startswith("error: emergency stop: release it first")
 
 
-def let_go(lab: Any) -> None:
-    """Gives consent by the command, until the node receives scans and odometry."""
+def let_go(lab: Any, *arguments: str) -> None:
+    """Gives consent by the command, again until the node has its scans and its odometry."""
+    said: list[str] = []
 
     def gone() -> bool:
-        code, output = word(lab, "go")
+        code, output = word(lab, "go", *arguments)
         assert code in (0, 1), output
+        said.append(output)
         return code == 0
 
-    lab.until(gone, "consent is taken")
+    lab.until(gone, lambda: f"consent is taken; the node said {said[-3:]}")
+    assert said[-1].startswith("driving")
     lab.driving()
 
 
@@ -132,9 +135,7 @@ def test_an_emergency_stop_outlives_the_node_whoever_pressed_it(car: Any, durabi
     car.until(lambda: refused(car), "consent is refused")
     if durability == DurabilityPolicy.TRANSIENT_LOCAL:
         pressed.publish(Bool(data=False))
-    code, output = word(car, "go", "--release")
-    assert (code, output) == (0, "driving")
-    car.driving()
+    let_go(car, "--release")
 
 
 def test_a_latched_release_of_the_past_takes_no_stop_away(car: Any) -> None:
@@ -156,7 +157,7 @@ def test_a_latched_release_of_the_past_takes_no_stop_away(car: Any) -> None:
         lambda: refused(car),
         "the old release does not count",
     )
-    assert word(car, "go", "--release")[0] == 0
+    let_go(car, "--release")
 
 
 def test_the_words_of_the_command_line_stop_resume_and_set(car: Any) -> None:
