@@ -15,7 +15,10 @@ MAX_NUMBER = 1e6
 
 @dataclass(frozen=True)
 class MapHeader:
-    """resolution m/px; origin (x, y, yaw) of the lower-left corner, m and rad; thresholds 0..1."""
+    """resolution m/px; origin (x, y, yaw) of the lower-left corner, m and rad; thresholds 0..1.
+
+    loop: which of the map's possible loops is the track, from 1, the longest; None: the reader chooses.
+    """
 
     image: str
     resolution: float
@@ -25,6 +28,7 @@ class MapHeader:
     free_thresh: float = 0.196
     mode: str = "trinary"
     starting_positions: tuple[tuple[float, float, float], ...] = ()
+    loop: int | None = None
 
 
 def parse_ros_map_yaml(text: str, where: str) -> MapHeader:
@@ -56,6 +60,7 @@ def parse_ros_map_yaml(text: str, where: str) -> MapHeader:
         free_thresh=free,
         mode=mode,
         starting_positions=_poses(data.get("starting_positions"), where),
+        loop=_loop(data.get("loop"), where),
     )
 
 
@@ -84,6 +89,15 @@ def _poses(value: Any, where: str) -> tuple[tuple[float, float, float], ...]:
     if not isinstance(value, list) or len(value) > 1000:
         raise InputError(f"{where}: starting_positions is {_short(value)}; expected a list of [x, y, yaw]")
     return tuple(_pose(item, "starting_positions", where) for item in value)
+
+
+def _loop(value: Any, where: str) -> int | None:
+    if value is None:
+        return None
+    chosen = number(value, "loop", where)
+    if chosen < 1 or chosen != int(chosen):
+        raise InputError(f"{where}: loop is {_short(value)}; expected an integer from 1, the longest loop")
+    return int(chosen)
 
 
 def _flag(value: Any, key: str, where: str) -> bool:

@@ -18,6 +18,10 @@ Mask = npt.NDArray[np.bool_]
 EIGHT = np.ones((3, 3), dtype=np.bool_)
 PLAUSIBLE = (0.6, 5.0)
 SMALL_OBSTACLE = 0.7
+MAX_SMEAR = 0.5
+"""[m] Thickness up to which gray is smear. Thicker gray is ground that was never seen."""
+AS_LONG = 0.85
+"""Share of the longest loop's length from which a loop that is less narrow is preferred."""
 MAX_HOLES = 6
 MAX_REGIONS = 6
 MAX_WALL_PIECES = 5_000
@@ -28,7 +32,8 @@ COMFORTABLE_CELLS = 1_500_000
 
 @dataclass(frozen=True, eq=False)
 class Loop:
-    """A closed loop: its drivable region, the holes (labels) inside of it, and its dimensions in m."""
+    """A closed loop: its drivable region, the holes (labels) inside of it, and its dimensions in m. smear: number of
+    holes of its region that were made free."""
 
     region: Mask
     holes: npt.NDArray[np.int32]
@@ -39,6 +44,7 @@ class Loop:
     narrowest: float
     median: float
     on_border: float
+    smear: int
 
     @property
     def plausible(self) -> bool:
@@ -76,6 +82,46 @@ def without_specks(free: Mask, resolution: float, reach: float) -> tuple[Mask, i
             size = max(box[0].stop - box[0].start, box[1].stop - box[1].start) * resolution - reach
             small[label] = size < max(0.2, 2.5 * resolution)
     return np.asarray(free | (small[clusters] & occupied)), int(small.sum())
+
+
+def solid_pixels(free: Mask, occupied: Mask, resolution: float) -> Mask:
+    """Pixels that make what they belong to solid: the map's own threshold calls them occupied, or there is gray around
+    them thicker than `MAX_SMEAR`. Other gray is what a scan matcher smears over the track."""
+    thickness = 2.0 * resolution * ndimage.distance_transform_edt(~free)
+    return np.asarray(~free & (occupied | (thickness > MAX_SMEAR)))
+
+
+def without_smear(free: Mask, solid: Mask, resolution: float, gap: float) -> tuple[Mask, int]:
+    """Free pixels with smear made free, and the number of its pieces.
+
+    Pieces of pixels that are not free, with gaps of less than `gap` m between them, are one thing; it is smear if none
+    of its pixels is solid. So a dashed gray line that continues a wall stays.
+    """
+    to_piece = ndimage.distance_transform_edt(free) * resolution
+    things, count = ndimage.label(to_piece <= 0.5 * gap, structure=EIGHT)
+    is_solid = np.zeros(count + 1, dtype=np.bool_)
+    is_solid[things[solid]] = True
+    smear = ~free & ~is_solid[things]
+    return np.asarray(free | smear), int(ndimage.label(smear, structure=EIGHT)[1])
+
+
+def without_islands_of_smear(region: Mask, solid: Mask) -> tuple[Mask, int]:
+    """A region with its holes that hold no solid pixel filled, and their number; none if all are like that."""
+    holes = _holes(region)
+    is_smear = np.ones(int(holes.max()) + 1, dtype=np.bool_)
+    is_smear[0] = False
+    is_smear[holes[solid]] = False
+    count = int(is_smear.sum())
+    if count == len(is_smear) - 1:
+        return region, 0
+    return np.asarray(region | is_smear[holes]), count
+
+
+def _holes(region: Mask) -> npt.NDArray[np.int32]:
+    """The holes of a region, labeled from 1; 0 in the region and outside of it."""
+    outside, _ = ndimage.label(np.pad(~region, 1, constant_values=True), structure=EIGHT)
+    holes = np.where(outside == outside[0, 0], 0, outside)[1:-1, 1:-1]
+    return np.asarray(np.maximum(holes - 1, 0) if outside[0, 0] == 1 else holes, dtype=np.int32)
 
 
 def drivable_regions(free: Mask, resolution: float, radius: float) -> list[Mask]:
@@ -121,10 +167,9 @@ def _with_corners(region: Mask, free: Mask, swept: npt.NDArray[np.int32], reach:
     return np.asarray(grown)
 
 
-def loops_of(region: Mask, resolution: float) -> list[Loop]:
+def loops_of(region: Mask, resolution: float, smear: int = 0) -> list[Loop]:
     """All loops of a region: every choice of its large holes that a single closed line can enclose."""
-    outside, _ = ndimage.label(np.pad(~region, 1, constant_values=True), structure=EIGHT)
-    holes = np.where(outside == outside[0, 0], 0, outside)[1:-1, 1:-1].astype(np.int32)
+    holes = _holes(region)
     sizes = {label: _extent(box) * resolution for label, box in enumerate(ndimage.find_objects(holes), 1) if box}
     ranked = sorted(sizes, key=lambda label: -sizes[label])
     large = [label for label in ranked if sizes[label] >= SMALL_OBSTACLE][:MAX_HOLES] or ranked[:1]
@@ -158,7 +203,7 @@ def loops_of(region: Mask, resolution: float) -> list[Loop]:
         length = float(np.hypot(*np.diff(meters, axis=0).T).sum())
         loops.append(
             Loop(region, holes, inside, small, meters - 0.5 * resolution, length, float(width.min()),
-                 float(np.median(width)), border)
+                 float(np.median(width)), border, smear)
         )  # fmt: skip
     return loops
 
@@ -201,9 +246,9 @@ def _border_share(region: Mask) -> float:
 
 
 def best_loop(loops: list[Loop]) -> Loop:
-    """The longest plausible loop; among those within 15 % of its length, the one with the largest minimum width."""
+    """Of the loops at least `AS_LONG` times as long as the longest, the one with the largest minimum width."""
     longest = max(loop.length for loop in loops)
-    return max((loop for loop in loops if loop.length >= 0.85 * longest), key=lambda loop: loop.narrowest)
+    return max((loop for loop in loops if loop.length >= AS_LONG * longest), key=lambda loop: loop.narrowest)
 
 
 def region_walls(region: Mask) -> shapely.Polygon:

@@ -12,8 +12,16 @@ from firstlap.common.errors import InputError
 from firstlap.common.yaml_text import read_text
 from firstlap.tracks.assemble import CAR_WIDTH, assemble
 from firstlap.tracks.map_header import MapHeader, parse_ros_map_yaml
-from firstlap.tracks.map_image import LIKELY_FREE, between_share, free_pixels, read_gray, transparent_share
+from firstlap.tracks.map_image import (
+    LIKELY_FREE,
+    between_share,
+    free_pixels,
+    occupied_pixels,
+    read_gray,
+    transparent_share,
+)
 from firstlap.tracks.map_region import (
+    AS_LONG,
     Loop,
     Mask,
     best_loop,
@@ -21,6 +29,9 @@ from firstlap.tracks.map_region import (
     loops_of,
     refuse_noise,
     region_walls,
+    solid_pixels,
+    without_islands_of_smear,
+    without_smear,
     without_specks,
 )
 from firstlap.tracks.track import FloatArray, Track
@@ -36,10 +47,10 @@ MANY_PIXELS, MANY_LEVELS = 0.02, 16
 
 
 class Grid:
-    """Free pixels, row 0 at the bottom, and their position in the map's frame."""
+    """Free and occupied pixels, row 0 at the bottom, and their position in the map's frame. Others are unknown."""
 
-    def __init__(self, free: Mask, resolution: float, origin: tuple[float, float, float]) -> None:
-        self.free, self.resolution, self.origin = free, resolution, origin
+    def __init__(self, free: Mask, occupied: Mask, resolution: float, origin: tuple[float, float, float]) -> None:
+        self.free, self.occupied, self.resolution, self.origin = free, occupied, resolution, origin
         self.corner = np.zeros(2)
 
     def crop(self) -> None:
@@ -47,19 +58,17 @@ class Grid:
         boxes = [_box(self.free), _box(~self.free)]
         rows, columns = min(boxes, key=lambda box: (box[0].stop - box[0].start) * (box[1].stop - box[1].start))
         self.corner += np.array([columns.start, rows.start]) * self.resolution
-        self.free = self.free[rows, columns]
+        self.free, self.occupied = self.free[rows, columns], self.occupied[rows, columns]
 
     def coarsen(self) -> None:
-        """Merges pixels that are finer than needed; a merged pixel is free only if all its pixels are."""
+        """Merges pixels that are finer than needed; a merged pixel is free only if all its pixels are, and occupied if
+        one of them is."""
         factor = max(1, int(MIN_RESOLUTION * 1.001 / self.resolution))
         while self.free.size > COMFORTABLE_PIXELS * factor**2 and self.resolution * (factor + 1) <= 0.0501:
             factor += 1
         if factor > 1:
-            rows, columns = (-(-size // factor) * factor for size in self.free.shape)
-            padded = np.zeros((rows, columns), dtype=np.bool_)
-            padded[: self.free.shape[0], : self.free.shape[1]] = self.free
-            blocks = padded.reshape(rows // factor, factor, columns // factor, factor)
-            self.free = np.asarray(blocks.all(axis=(1, 3)))
+            self.free = ~_merged(~self.free, factor, outside=True)
+            self.occupied = _merged(self.occupied, factor, outside=False)
             self.resolution *= factor
 
     def to_map(self, meters: FloatArray) -> FloatArray:
@@ -78,9 +87,10 @@ class Grid:
 def load_ros_map(path: str | Path) -> Track:
     """The race track in a ROS map, its centerline in the map's frame.
 
-    The track is the longest ring of free space with the width of a race track; `notes` lists the decisions made. A
-    starting position in the YAML selects among several rings and sets the start line and the direction of travel;
-    without one, the start is on the longest straight and the direction is counterclockwise.
+    The track is a ring of free space with the width of a race track: `loop: N` in the YAML selects the N-th longest, a
+    starting position the one around it; otherwise it is `best_loop`. A starting position also sets the start line and
+    the direction of travel; without one, the start is on the longest straight and the direction is counterclockwise.
+    `notes` lists the decisions made.
     Raises InputError.
     """
     path = Path(path)
@@ -88,7 +98,12 @@ def load_ros_map(path: str | Path) -> Track:
     notes: list[str] = []
     try:
         gray = read_gray(path.parent / header.image, header.mode)
-        grid = Grid(np.ascontiguousarray(free_pixels(gray, header, notes)[::-1]), header.resolution, header.origin)
+        grid = Grid(
+            np.ascontiguousarray(free_pixels(gray, header, notes)[::-1]),
+            np.ascontiguousarray(occupied_pixels(gray, header)[::-1]),
+            header.resolution,
+            header.origin,
+        )
         try:
             return _track_in(grid, header, path, notes)
         except InputError as error:
@@ -111,12 +126,27 @@ def _track_in(grid: Grid, header: MapHeader, path: Path, notes: list[str]) -> Tr
     grid.free, specks = without_specks(grid.free, grid.resolution, 2 * RADII[0])
     if specks:
         notes.append(f"removed {specks} specks")
-    loops = next((found for radius in RADII if (found := _plausible_loops(grid, radius))), [])
+    loops = _loops(grid, notes)
     if not loops:
         raise InputError(f"{path}: {_why_no_loop(grid)}")
-    loop, start = _choose(loops, grid, header, notes)
+    loop, start = _choose(loops, grid, header, str(path), notes)
     left, right, obstacles = _walls(loop, grid)
     return assemble(path.stem, left, right, obstacles, source=str(path), start=start, notes=notes)
+
+
+def _loops(grid: Grid, notes: list[str]) -> list[Loop]:
+    """The plausible loops, longest first; smear is made free unless it is all that a loop goes around."""
+    solid = solid_pixels(grid.free, grid.occupied, grid.resolution)
+    cleared, pieces = without_smear(grid.free, solid, grid.resolution, CAR_WIDTH)
+    for free, count in ((cleared, pieces), (grid.free, 0)) if pieces else ((grid.free, 0),):
+        for radius in RADII:
+            loops = _plausible_loops(free, solid, grid.resolution, radius)
+            if loops:
+                smear = count + max(loop.smear for loop in loops)
+                if smear:
+                    notes.append(f"removed {smear} pieces of smear: thin gray without an occupied pixel")
+                return sorted(loops, key=lambda loop: -loop.length)
+    return []
 
 
 def _cause(gray: npt.NDArray[np.uint8], header: MapHeader, image: Path) -> str:
@@ -136,32 +166,40 @@ def _cause(gray: npt.NDArray[np.uint8], header: MapHeader, image: Path) -> str:
     return ""
 
 
-def _plausible_loops(grid: Grid, radius: float) -> list[Loop]:
-    regions = drivable_regions(grid.free, grid.resolution, radius)
-    loops = [loop for region in regions for loop in loops_of(region, grid.resolution)]
+def _plausible_loops(free: Mask, solid: Mask, resolution: float, radius: float) -> list[Loop]:
+    regions = [without_islands_of_smear(region, solid) for region in drivable_regions(free, resolution, radius)]
+    loops = [loop for region, smear in regions for loop in loops_of(region, resolution, smear)]
     return [loop for loop in loops if loop.plausible and loop.length > 4.0]
 
 
 def _why_no_loop(grid: Grid) -> str:
-    if grid.free.size <= COMFORTABLE_PIXELS and _plausible_loops(grid, 0.08):
+    if grid.free.size <= COMFORTABLE_PIXELS and _plausible_loops(grid.free, ~grid.free, grid.resolution, 0.08):
         return f"the only closed loop is too narrow for the car, which is {CAR_WIDTH} m wide"
     return "no closed loop of free space 0.6 to 5 m wide; expected a ring-shaped track with a wall on both sides"
 
 
 def _choose(
-    loops: list[Loop], grid: Grid, header: MapHeader, notes: list[str]
+    loops: list[Loop], grid: Grid, header: MapHeader, where: str, notes: list[str]
 ) -> tuple[Loop, tuple[float, float, float | None] | None]:
+    """The loop, and the starting position on it, if there is one. Raises InputError if there is no such loop."""
+    candidates, why = loops, ""
+    if header.loop is not None:
+        if header.loop > len(loops):
+            raise InputError(f"{where}: loop is {header.loop}; this map has {_listed(loops, loops)}")
+        candidates, why = [loops[header.loop - 1]], "as the map's YAML file says"
     for pose in header.starting_positions:
         point = grid.from_map(np.array([pose[:2]]))[0]
-        around = [loop for loop in loops if _covers(loop, point, grid.resolution)]
+        around = [loop for loop in candidates if _covers(loop, point, grid.resolution)]
         if around:
             chosen = best_loop(around)
-            _describe(chosen, len(loops), "around the starting position", notes)
+            _describe(chosen, loops, why or "around the starting position", notes)
             return chosen, pose
     if header.starting_positions:
-        notes.append("no starting position is on a closed track; ignored")
-    chosen = best_loop(loops)
-    _describe(chosen, len(loops), "the longest", notes)
+        notes.append("no starting position is on the loop; ignored" if why else
+                     "no starting position is on a closed track; ignored")  # fmt: skip
+    chosen = best_loop(candidates)
+    least_narrow = f"the least narrow of those at least {AS_LONG:.0%} as long as the longest"
+    _describe(chosen, loops, why or ("the longest" if chosen is loops[0] else least_narrow), notes)
     return chosen, None
 
 
@@ -172,11 +210,24 @@ def _covers(loop: Loop, point: FloatArray, resolution: float) -> bool:
     return inside and float(np.hypot(*(loop.line - point).T).min()) < max(0.6, 0.6 * loop.median)
 
 
-def _describe(loop: Loop, count: int, why: str, notes: list[str]) -> None:
-    others = f" ({why} of {count} possible loops)" if count > 1 else ""
-    notes.append(f"selected the loop of {loop.length:.1f} m, median width {loop.median:.2f} m{others}")
+def _describe(loop: Loop, loops: list[Loop], why: str, notes: list[str]) -> None:
+    number = next(i for i, other in enumerate(loops, start=1) if other is loop)
+    which = f" (loop {number} of {len(loops)} possible loops: {why})" if len(loops) > 1 else ""
+    notes.append(f"selected the loop of {loop.length:.1f} m, median width {loop.median:.2f} m{which}")
+    others = [other for other in loops if other is not loop]
+    if others:
+        notes.append(f"`loop: N` in the map's YAML file selects {_listed(others, loops)}")
     if loop.small:
         notes.append(f"{len(loop.small)} small obstacles on the track")
+
+
+def _listed(some: list[Loop], loops: list[Loop]) -> str:
+    """Some of the loops with their numbers, as text."""
+    return ", ".join(
+        f"loop {i} ({loop.length:.1f} m, narrowest {loop.narrowest:.2f} m)"
+        for i, loop in enumerate(loops, start=1)
+        if any(loop is other for other in some)
+    )
 
 
 def _walls(loop: Loop, grid: Grid) -> tuple[list[FloatArray], list[FloatArray], list[FloatArray]]:
@@ -202,6 +253,14 @@ def _label_at(ring: FloatArray, holes: npt.NDArray[np.int32]) -> int:
     counts = np.bincount(holes[row, column])
     counts[:1] = 0
     return int(np.argmax(counts))
+
+
+def _merged(mask: Mask, factor: int, outside: bool) -> Mask:
+    """Blocks of factor x factor pixels, set if one of their pixels is; pixels outside of the image are `outside`."""
+    rows, columns = (-(-size // factor) * factor for size in mask.shape)
+    padded = np.full((rows, columns), outside)
+    padded[: mask.shape[0], : mask.shape[1]] = mask
+    return np.asarray(padded.reshape(rows // factor, factor, columns // factor, factor).any(axis=(1, 3)))
 
 
 def _box(mask: Mask) -> tuple[slice, slice]:

@@ -159,6 +159,86 @@ def test_a_small_obstacle_stays_on_the_track(tmp_path: Path) -> None:
     is_the_oval(track)
 
 
+def with_piece(gray: int, box: tuple[int, int, int, int]) -> Image.Image:
+    image = drawn()
+    ImageDraw.Draw(image).ellipse(box, fill=gray)
+    return image
+
+
+ON_THE_LANE, BESIDE_THE_WALL = (140, 193, 165, 199), (140, 184, 165, 190)
+"""Pieces of 1.25 x 0.3 m: in the middle of the oval's upper lane, and one gap of less than the car's width from its
+inner wall."""
+
+
+@pytest.mark.parametrize("gray", [100, 205])
+def test_smear_on_the_lane_is_no_obstacle(tmp_path: Path, gray: int) -> None:
+    track = load_ros_map(write(tmp_path, with_piece(gray, ON_THE_LANE)))
+    clean = load_ros_map(write(tmp_path, drawn()))
+    assert "obstacle" not in track.sides and track.sides.count("left") == 1
+    np.testing.assert_array_equal(track.centerline, clean.centerline)
+    assert any(note.startswith("removed 1 pieces of smear") for note in track.notes)
+
+
+@pytest.mark.parametrize("pixels", [1, 20])
+def test_what_has_an_occupied_pixel_is_solid(tmp_path: Path, pixels: int) -> None:
+    image = with_piece(205, ON_THE_LANE)
+    ImageDraw.Draw(image).line((145, 196, 144 + pixels, 196), fill=0)
+    track = load_ros_map(write(tmp_path, image))
+    assert track.sides.count("obstacle") + track.sides.count("left") == 2
+    assert not any("smear" in note for note in track.notes)
+
+
+def test_what_is_occupied_is_said_by_the_maps_own_threshold(tmp_path: Path) -> None:
+    image = with_piece(100, ON_THE_LANE)  # its occupancy is 0.61
+    path = write(tmp_path, image, HEADER.replace("0.65", "0.6"))
+    assert load_ros_map(path).sides.count("obstacle") + load_ros_map(path).sides.count("left") == 2
+
+
+def test_a_piece_of_gray_without_a_passage_to_the_wall_belongs_to_the_wall(tmp_path: Path) -> None:
+    track = load_ros_map(write(tmp_path, with_piece(205, BESIDE_THE_WALL)))
+    assert track.width_summary()[0] < 1.7 and not any("smear" in note for note in track.notes)
+
+
+def test_an_infield_of_thin_gray_is_kept_if_the_loop_goes_around_it(tmp_path: Path) -> None:
+    image = Image.new("L", (340, 240), 0)
+    pencil = ImageDraw.Draw(image)
+    pencil.rounded_rectangle(OUTER, 60, fill=254)
+    pencil.line((100, 120, 240, 120), fill=205, width=4)
+    track = load_ros_map(write(tmp_path, image))
+    assert track.sides.count("left") == 1 and not any("smear" in note for note in track.notes)
+
+
+def two_lanes() -> Image.Image:
+    """An oval with an island in its upper lane, which is drawn wide enough for a lane on both sides of it."""
+    image = Image.new("L", (340, 300), 0)
+    pencil = ImageDraw.Draw(image)
+    pencil.rounded_rectangle((20, 20, 320, 280), 60, fill=254)
+    pencil.rounded_rectangle((60, 60, 280, 180), 40, fill=0)
+    pencil.rectangle((120, 220, 220, 240), fill=0)
+    return image
+
+
+def test_the_yaml_key_loop_selects_among_the_loops_that_the_reader_lists(tmp_path: Path) -> None:
+    path = write(tmp_path, two_lanes())
+    chosen = load_ros_map(path)
+    (selected,) = [note for note in chosen.notes if note.startswith("selected")]
+    (others,) = [note for note in chosen.notes if "`loop: N`" in note]
+    assert "of 3 possible loops: " in selected and others.count("narrowest") == 2
+    loops = [load_ros_map(write(tmp_path, two_lanes(), HEADER + f"loop: {n}")) for n in (1, 2, 3)]
+    assert loops[0].length > loops[1].length + 0.5 > loops[2].length + 1.0
+    assert sum(np.array_equal(loop.centerline, chosen.centerline) for loop in loops) == 1
+    assert all("as the map's YAML file says" in str(loop.notes) for loop in loops)
+    with pytest.raises(InputError, match=r"loop is 4; this map has loop 1 .*, loop 2 .*, loop 3 "):
+        load_ros_map(write(tmp_path, two_lanes(), HEADER + "loop: 4"))
+
+
+def test_a_starting_position_still_sets_the_start_on_a_chosen_loop(tmp_path: Path) -> None:
+    start = "starting_positions: [[7.0, -0.3, 3.1]]\n"
+    track = load_ros_map(write(tmp_path, two_lanes(), HEADER + start + "loop: 1"))
+    assert not shapely.LinearRing(track.centerline).is_ccw
+    assert "as the map's YAML file says" in str(track.notes)
+
+
 def test_an_island_wall_with_wide_gaps_is_gone_round_as_a_whole(tmp_path: Path) -> None:
     image = drawn()
     ImageDraw.Draw(image).rectangle((165, 55, 180, 190), fill=254)
@@ -214,6 +294,10 @@ def test_the_direction_is_counter_clockwise_unless_the_start_says_otherwise(tmp_
         (HEADER.replace("0.196", "-0.1"), "expected 0 to 1"),
         (HEADER.replace("negate: 0", "negate: maybe"), "negate"),
         (HEADER + "mode: fancy", "trinary, scale or raw"),
+        (HEADER + "loop: 0", "loop is 0; expected an integer from 1"),
+        (HEADER + "loop: 1.5", "loop is 1.5; expected an integer from 1"),
+        (HEADER + "loop: two", "loop is 'two'; expected a finite number"),
+        (HEADER + "loop: 2", r"loop is 2; this map has loop 1 \(37\..* m, narrowest 2\.00 m\)"),
         (HEADER + "starting_positions: [[1, 2]]", "three numbers"),
         ("a: &a [x, x]\nb: &b [*a, *a]\n", "aliases"),
         (HEADER.replace("0.05", "0.002"), "closed loop"),
