@@ -17,6 +17,7 @@ from firstlap.localization.localizer import LOCALIZER_FIELDS
 from firstlap.mapping.parameters import MAP_FIELDS
 from firstlap.planning.raceline.params import LINE_FIELDS
 from firstlap.ros.names import DRIVE, FAULTS, SIM, Entry
+from firstlap.sim.drivable import SEARCH_FIELDS
 from firstlap.sim.race import OPTION_FIELDS
 from firstlap.tuning.variation import EVALUATION_FIELDS
 
@@ -57,6 +58,11 @@ RESULTS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
         "objects with these attributes; `to_dict()` gives what `firstlap race --json` prints. `path` is a dict of "
         "arrays with the columns of `PathSample`.",
         ("RaceResult", "Lap", "Contact", "ObstacleSeen", "PathSample"),
+    ),
+    (
+        "Search for a lap",
+        "Dict of `firstlap._core.search_lap`; `path` is a list of tuples. See `firstlap.sim.drivable`.",
+        ("LapSearchResult",),
     ),
     (
         "Trace of `local`",
@@ -140,6 +146,12 @@ def parameters() -> str:
                     "Races",
                     "Options of `firstlap.race(..., options={...})`.",
                     OPTION_FIELDS,
+                ),
+                "",
+                chapter(
+                    "Search for a lap",
+                    "`firstlap tracks --drivable --margin M`, and options of `firstlap.sim.drivable.search_lap`.",
+                    SEARCH_FIELDS,
                 ),
                 "",
                 chapter("Mapping", "For `firstlap map --set NAME=VALUE`.", MAP_FIELDS),

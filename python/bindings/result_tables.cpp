@@ -7,6 +7,7 @@
 #include "firstlap/drivers/trace.hpp"
 #include "firstlap/estimation/state_estimate.hpp"
 #include "firstlap/localization/localizer.hpp"
+#include "firstlap/sim/lap_search.hpp"
 #include "firstlap/sim/race_result.hpp"
 #include "modules.hpp"
 #include "records.hpp"
@@ -30,6 +31,7 @@ nb::dict result_tables() {
   add("Contact", std::type_identity<sim::Contact>{});
   add("ObstacleSeen", std::type_identity<sim::ObstacleSeen>{});
   add("PathSample", std::type_identity<sim::PathSample>{});
+  add("LapSearchResult", std::type_identity<sim::LapSearchResult>{});
   add("Trace", std::type_identity<Trace>{});
   add("Section", std::type_identity<Section>{});
   add("SplitCandidate", std::type_identity<SplitCandidate>{});

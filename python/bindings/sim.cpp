@@ -8,6 +8,7 @@
 
 #include "callback_driver.hpp"
 #include "car_sections.hpp"
+#include "firstlap/sim/lap_search.hpp"
 #include "laser_scan.hpp"
 #include "modules.hpp"
 #include "tables.hpp"
@@ -93,6 +94,23 @@ void bind_race(nb::module_& m) {
       .def_prop_ro("track_length", &Race::track_length, "[m] of the centerline.");
 }
 
+sim::LapSearchResult search_lap(const Track& track, const Car& car, const sim::LapSearchOptions& options) {
+  const nb::gil_scoped_release release;
+  return sim::search_lap(track, car.geometry, options);
+}
+
+void bind_lap_search(nb::module_& m) {
+  bind_sections<sim::LapSearchOptions>(m, "LapSearchOptions", "Resolution and safety distance of `search_lap`.");
+  m.def(
+      "search_lap",
+      [](const Track& track, const Car& car, const sim::LapSearchOptions& options) {
+        return as_dict(search_lap(track, car, options));
+      },
+      nb::arg("track"), nb::arg("car"), nb::arg("options"),
+      "Whether the car can drive laps of the track at all, without reverse; releases the GIL. Returns a dict, see "
+      "LapSearchResult in docs/results-format.md. Raises ValueError for an invalid option or track.");
+}
+
 // A LiDAR that keeps its track alive.
 struct ScanMaker {
   sim::Lidar lidar;
@@ -122,6 +140,7 @@ void bind_sim(nb::module_& m) {
       .def("scan", &ScanMaker::scan, nb::arg("x"), nb::arg("y"), nb::arg("yaw"),
            "Exact ranges [m] (beams,) from the LiDAR's pose in the map frame [m, rad].");
   bind_race(m);
+  bind_lap_search(m);
 }
 
 }  // namespace firstlap::bindings

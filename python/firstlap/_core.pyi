@@ -662,6 +662,44 @@ class Race:
     def track_length(self) -> float:
         """[m] of the centerline."""
 
+class LapSearchOptions:
+    """Resolution and safety distance of `search_lap`."""
+
+    @overload
+    def __init__(self) -> None:
+        """All parameters at their defaults."""
+
+    @overload
+    def __init__(self, other: LapSearchOptions) -> None:
+        """A copy."""
+
+    @staticmethod
+    def fields() -> list:
+        """
+        The field table: a list of dicts with section, name, unit, min, max, default, doc and type.
+        """
+
+    def get(self, section: str, name: str) -> object:
+        """One value. Raises KeyError for an unknown name."""
+
+    def set(self, section: str, name: str, value: float) -> None:
+        """
+        Sets one value. Raises KeyError for an unknown name, ValueError for a value out of its range.
+        """
+
+    def values(self) -> dict:
+        """All values, {section: {name: value}}."""
+
+    def validate(self) -> None:
+        """
+        Raises ValueError with field, value and range if a value, or a pair of values, is not allowed.
+        """
+
+def search_lap(track: Track, car: Car, options: LapSearchOptions) -> dict:
+    """
+    Whether the car can drive laps of the track at all, without reverse; releases the GIL. Returns a dict, see LapSearchResult in docs/results-format.md. Raises ValueError for an invalid option or track.
+    """
+
 class MapParams:
     """All parameters of mapping, in sections."""
 

@@ -30,11 +30,15 @@ Progress::Progress(std::span<const Point2> centerline) {
 Pose2 Progress::pose_at(double s) const noexcept {
   double wrapped = std::fmod(s, length_);
   if (wrapped < 0.0) wrapped += length_;
-  const auto after = std::upper_bound(s_.begin(), s_.end() - 1, wrapped);
-  const auto i = static_cast<std::size_t>(std::max<std::ptrdiff_t>(after - s_.begin() - 1, 0));
+  const std::size_t i = index_at(wrapped);
   const Point2 a = points_[i], b = points_[next(i)];
   const double t = (wrapped - s_[i]) / (s_[i + 1] - s_[i]);
   return {a.x + t * (b.x - a.x), a.y + t * (b.y - a.y), std::atan2(b.y - a.y, b.x - a.x)};
+}
+
+std::size_t Progress::index_at(double s) const noexcept {
+  const auto after = std::upper_bound(s_.begin(), s_.end() - 1, s);
+  return static_cast<std::size_t>(std::max<std::ptrdiff_t>(after - s_.begin() - 1, 0));
 }
 
 Progress::Candidate Progress::project(std::size_t i, Point2 p) const noexcept {
@@ -58,30 +62,36 @@ Projection Progress::locate(Point2 point) const noexcept {
 
 void Progress::reset(Point2 point) noexcept {
   place_ = locate(point);
-  const auto after = std::upper_bound(s_.begin(), s_.end() - 1, place_.s);
-  index_ = static_cast<std::size_t>(std::max<std::ptrdiff_t>(after - s_.begin() - 1, 0));
+  index_ = index_at(place_.s);
   traveled_ = 0.0;
 }
 
-void Progress::update(Point2 point) noexcept {
+Progress::Candidate Progress::nearest_around(std::size_t index, double s, Point2 point) const noexcept {
   const double reach = std::min(window, 0.25 * length_);
-  Candidate best = project(index_, point);
+  Candidate best = project(index, point);
   const auto consider = [&](std::size_t i) {
     const Candidate candidate = project(i, point);
     if (candidate.distance < best.distance) best = candidate;
   };
-  double ahead = s_[index_ + 1] - place_.s;
-  for (std::size_t i = next(index_); ahead < reach; i = next(i)) {
+  double ahead = s_[index + 1] - s;
+  for (std::size_t i = next(index); ahead < reach; i = next(i)) {
     consider(i);
     ahead += s_[i + 1] - s_[i];
   }
-  double behind = place_.s - s_[index_];
-  for (std::size_t i = previous(index_); behind < reach; i = previous(i)) {
+  double behind = s - s_[index];
+  for (std::size_t i = previous(index); behind < reach; i = previous(i)) {
     consider(i);
     behind += s_[i + 1] - s_[i];
   }
-  accept(best);
+  return best;
 }
+
+Projection Progress::locate_near(double s, Point2 point) const noexcept {
+  const Candidate best = nearest_around(index_at(s), s, point);
+  return {best.s, best.offset};
+}
+
+void Progress::update(Point2 point) noexcept { accept(nearest_around(index_, place_.s, point)); }
 
 void Progress::accept(const Candidate& best) noexcept {
   traveled_ += std::remainder(best.s - place_.s, length_);

@@ -26,6 +26,9 @@ class Progress {
   Pose2 pose_at(double s) const noexcept;             // any s [m]; heading along the centerline
   Projection locate(Point2 point) const noexcept;     // nearest point of the whole centerline
 
+  // Nearest point within 2 m of arc length of `s` [m] in [0, length): one `update` of a point that was last at `s`.
+  Projection locate_near(double s, Point2 point) const noexcept;
+
   void reset(Point2 point) noexcept;   // nearest point of the whole centerline; sets traveled to 0
   void update(Point2 point) noexcept;  // nearest point within 2 m of arc length of the last one
 
@@ -40,6 +43,8 @@ class Progress {
   };
 
   Candidate project(std::size_t index, Point2 point) const noexcept;
+  Candidate nearest_around(std::size_t index, double s, Point2 point) const noexcept;
+  std::size_t index_at(double s) const noexcept;  // of the last point at or before `s`
   void accept(const Candidate& best) noexcept;
   std::size_t next(std::size_t i) const noexcept { return i + 1 == points_.size() ? 0 : i + 1; }
   std::size_t previous(std::size_t i) const noexcept { return i == 0 ? points_.size() - 1 : i - 1; }

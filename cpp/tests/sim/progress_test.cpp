@@ -46,6 +46,20 @@ TEST(Progress, counts_laps_forward_and_back) {
   EXPECT_NEAR(progress.traveled(), -4.9, 0.11);
 }
 
+TEST(Progress, locate_near_is_one_update) {
+  const auto track = testing::wavy_track();
+  Progress progress(track.centerline);
+  progress.reset(track.centerline[0]);
+  for (double s = 0.0; s < progress.length(); s += 0.3) {
+    const Pose2 pose = progress.pose_at(s);
+    const Point2 point{pose.x + 0.4 * std::cos(s), pose.y + 0.4 * std::sin(s)};
+    const Projection near = progress.locate_near(progress.s(), point);
+    progress.update(point);
+    ASSERT_DOUBLE_EQ(near.s, progress.s());
+    ASSERT_DOUBLE_EQ(near.offset, progress.lateral_offset());
+  }
+}
+
 // A hairpin with legs 1 m apart: a car 0.6 m off the first leg is closer to the second.
 TEST(Progress, never_jumps_to_a_neighboring_part) {
   std::vector<Point2> hairpin;
