@@ -181,6 +181,30 @@ def test_tracks_measures_those_that_are_named(cli):
     assert cli("tracks", "nowhere").code == 2
 
 
+def test_tracks_drivable_says_for_each_direction_whether_a_lap_exists(cli):
+    (row,) = cli("tracks", "--drivable", "narrow", "--json").json["tracks"]
+    assert [way["direction"] for way in row["drivable"]] == ["forward", "opposite"]
+    for way in row["drivable"]:
+        assert way["drivable"] is True and way["blocked_at"] is None
+        assert way["turning_radius"] < way["largest_radius"] and way["margin"] < way["largest_margin"]
+    assert "forward" in cli("tracks", "--drivable", "narrow").out
+
+
+def test_tracks_says_where_a_corner_is_tighter_than_the_car(cli, tmp_path):
+    car = tmp_path / "truck.yaml"
+    car.write_text("geometry:\n  steering_limit: 0.12\n")
+    plain = cli("tracks", "narrow", "--car", car)
+    assert plain.code == 0 and "opposite: no lap found for a car that turns with 2.74 m" in plain.out
+    found = cli("tracks", "narrow", "--drivable", "--car", car)
+    assert "not drivable; the search gets to (" in found.out and "the tightest curve there is at" in found.out
+    assert re.search(r"the car turns with 2\.74 m, and a turning radius of up to [012]\.\d\d m would do", found.out)
+
+
+def test_tracks_refuses_a_margin_without_effect(cli):
+    ran = cli("tracks", "oval", "--margin", 0.1)
+    assert ran.code == 2 and "--margin: has no effect without --drivable" in ran.err
+
+
 def test_bench_returns_its_numbers(cli):
     found = cli("bench", "oval", "--setup", "base", "--json").json
     for key in ("step_us", "scan_us", "reference_us"):
