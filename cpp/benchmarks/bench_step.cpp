@@ -140,7 +140,8 @@ void stage_sides(benchmark::State& state) {
   LocalWalls walls;
   for (auto _ : state) {
     const Candidates c = rank_splits({t.points, t.sections, t.samples}, 1.8, s.params.segmentation);
-    split_into_sides(t.sections, t.samples, {c.items[0].split, 1.8, 0.15}, s.params.segmentation, walls);
+    split_into_sides({t.points, t.sections, t.samples}, {c.items[0].split, 1.8, 0.15}, s.params.car,
+                     s.params.segmentation, walls);
     benchmark::DoNotOptimize(walls.left.x.data());
   }
 }

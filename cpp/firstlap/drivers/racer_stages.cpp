@@ -37,8 +37,8 @@ double curvature_driven(const VehicleState& state, const Params& params) noexcep
 void build_line(std::size_t split, const RacerMemory& memory, const Params& params, RacerWorkspace& work) noexcept {
   const Trace& step = work.step;
   const double width = width_of(memory, params.track_width);
-  split_into_sides(step.sections, step.samples, {split, width, params.centerline.spacing}, params.segmentation,
-                   work.walls);
+  split_into_sides({step.points, step.sections, step.samples}, {split, width, params.centerline.spacing}, params.car,
+                   params.segmentation, work.walls);
   carry_over_occluded(memory.path_walls, {work.table, work.ranges, params.car}, params.centerline.memory_time,
                       work.walls);
   trace_centerline({work.walls, memory.trail, width}, {params.car, params.track_width, params.centerline}, work.line);

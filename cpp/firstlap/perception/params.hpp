@@ -62,6 +62,8 @@ struct SegmentationParams {
   double hole_cos = 0.8;
   double hole_beyond = 0.5;
   double fit_share = 0.7;
+  double end_step = 0.5;
+  double end_beside = 0.3;
   double sight_step = 0.5;
   double sight_cos = 0.988;
   int end_samples = 3;
@@ -119,6 +121,11 @@ struct SegmentationParams {
               "a return this much farther away than the edges makes a hole a gap"},
         Field{"fit_share", &P::fit_share, "", 0.0, 2.0,
               "gaps narrower than this share of the track width score proportionally less (0: off)"},
+        Field{"end_step", &P::end_step, "m", 0.0, 30.0,
+              "a section that is this much farther away than the end of a wall beside the car need not be that wall "
+              "(30: off)"},
+        Field{"end_beside", &P::end_beside, "m", 0.0, 5.0,
+              "a wall ends beside the car if its end is at most this far ahead of the LiDAR"},
         Field{"sight_step", &P::sight_step, "m", 0.0, 30.0,
               "past the end of a wall, the next beam bounds the occluded area if it is this much longer (30: off)"},
         Field{"sight_cos", &P::sight_cos, "", 0.0, 1.0,

@@ -166,6 +166,34 @@ void push_bridge(const Buffer<SectionSample>& samples, const SampleRange& a, con
   }
 }
 
+// Sections before `right` and after `left` lie past the end of the right and the left wall beside the car, as after a
+// hairpin: they may belong to the other wall.
+struct PastEnds {
+  std::size_t right = 0;
+  std::size_t left = max_sections;
+
+  [[nodiscard]] bool contains(std::size_t section) const noexcept { return section < right || section > left; }
+};
+
+PastEnds find_past_ends(const SegmentedScan& scan, const CarGeometry& car, std::size_t split,
+                        const SegmentationParams& params) noexcept {
+  const double beside = car.laser_x + params.end_beside;
+  PastEnds past;
+  std::size_t before = scan.sections.size();
+  for (std::size_t i = 0; i < scan.sections.size(); ++i) {
+    if (scan.sections[i].status != SectionStatus::kept) continue;
+    if (before < i) {
+      const ScanPoint& end = scan.points[scan.sections[before].last];
+      const ScanPoint& start = scan.points[scan.sections[i].first];
+      if (i < split && end.range > start.range + params.end_step && start.x < beside) past.right = i;
+      if (before >= split && start.range > end.range + params.end_step && end.x < beside)
+        past.left = std::min(past.left, before);
+    }
+    before = i;
+  }
+  return past;
+}
+
 // Parameters for joining the ranges of one side.
 struct Chain {
   double spacing;           // [m] of the samples that bridge a gap
@@ -248,10 +276,13 @@ Candidates rank_splits(const SegmentedScan& scan, double width, const Segmentati
   return ranking.best();
 }
 
-void split_into_sides(const Buffer<Section>& sections, const Buffer<SectionSample>& samples, const Split& split,
+void split_into_sides(const SegmentedScan& scan, const Split& split, const CarGeometry& car,
                       const SegmentationParams& params, LocalWalls& walls) noexcept {
+  const Buffer<Section>& sections = scan.sections;
+  const Buffer<SectionSample>& samples = scan.samples;
   SideRanges right;
   SideRanges left;
+  const PastEnds past_ends = find_past_ends(scan, car, split.at, params);
   const Chain chain{split.spacing, passable_gap(split.width, params), params.chain_gap,
                     static_cast<std::size_t>(params.end_samples)};
   for (std::size_t i = 0; i < samples.size();) {
@@ -262,9 +293,12 @@ void split_into_sides(const Buffer<Section>& sections, const Buffer<SectionSampl
       votes += samples[++range.last].vote;
     const Section& section = sections[index];
     const bool small = section.status != SectionStatus::kept;
-    // A small section has no influence on the split, but keeps its previous side.
+    // A small section has no influence on the split, but keeps its previous side. So does what lies past a wall's end;
+    // without a previous side it has none.
     i = range.last + 1;
-    const bool is_right = small && votes != 0 ? votes < 0 : index < split.at;
+    const bool past = past_ends.contains(index);
+    if (past && votes == 0) continue;
+    const bool is_right = (small && votes != 0) || past ? votes < 0 : index < split.at;
     (is_right ? right : left).push(range, small ? 0.0 : section.length / std::max(0.1, section.nearest));
   }
   build_side(samples, right.ranges(), right.weights(), chain, walls.right);

@@ -49,7 +49,7 @@ struct Split {
 };
 
 // The wall samples of each side for one split, with small gaps bridged and visible ends marked.
-void split_into_sides(const Buffer<Section>& sections, const Buffer<SectionSample>& samples, const Split& split,
+void split_into_sides(const SegmentedScan& scan, const Split& split, const CarGeometry& car,
                       const SegmentationParams& params, LocalWalls& walls) noexcept;
 
 }  // namespace firstlap

@@ -121,7 +121,7 @@ void start_on_arc(const PathConditions& conditions, const MinimumCurvatureParams
 }
 
 // The other control points, evenly spaced along the smoothed centerline from the car on.
-void continue_on_line(const Corridor& corridor, const PathConditions& conditions, const MinimumCurvatureParams& params,
+void continue_on_line(const Corridor& corridor, const MinimumCurvatureParams& params,
                       Buffer<ControlPoint>& control_points) noexcept {
   const Buffer<Point2>& points = corridor.points;
   const std::size_t foot = nearest_to_base_link(points);
@@ -153,7 +153,7 @@ bool minimum_curvature_path(const Buffer<CenterlinePoint>& line, const PathCondi
   control_points.clear();
   if (params.bend_passes == 0 || points.size() < min_control_points) return false;
   start_on_arc(conditions, params, control_points);
-  continue_on_line({line, points, conditions.clearance}, conditions, params, control_points);
+  continue_on_line({line, points, conditions.clearance}, params, control_points);
   if (control_points.size() < min_control_points) return false;
   relax(params.bend_passes, control_points);
   points.clear();

@@ -20,7 +20,8 @@ struct Sides {
   void choose() {
     candidates = rank_splits({points, sections, samples}, width, params);
     if (candidates.count > 0)
-      split_into_sides(sections, samples, {candidates.items[0].split, width, spacing}, params, walls);
+      split_into_sides({points, sections, samples}, {candidates.items[0].split, width, spacing}, CarGeometry{}, params,
+                       walls);
   }
   SegmentationParams params{};
   double width = 2.0;
@@ -239,6 +240,25 @@ TEST(Sides, the_track_does_not_continue_through_a_hole_in_one_wall) {
     lowest = std::min(lowest, static_cast<double>(s.walls.left.y[i]));
   EXPECT_LT(lowest, -2.0);
   for (std::size_t i = 0; i < s.walls.right.size(); ++i) EXPECT_LT(s.walls.right.x[i], 2.5F);
+}
+
+TEST(Sides, what_lies_past_the_end_of_a_wall_beside_the_car_keeps_its_previous_side) {
+  scene::Scene hairpin;
+  hairpin.add(scene::right, {{4.0, -1.0}, {-1.2, -1.0}});
+  hairpin.add(scene::left, {{4.0, 1.0}, {0.0, 1.0}, {0.0, 1.2}, {4.0, 1.2}});
+  hairpin.add(scene::right, {{-1.2, 2.0}, {-1.2, 3.2}});
+  for (const bool known : {true, false}) {
+    Sides s(hairpin.scan({0.0, 0.0, 0.0}));
+    LocalWalls before;
+    for (double y = 1.5; y < 3.6; y += 0.1)
+      if (known) before.right.push(-1.2, y, {}, 0.0F);
+    label_from_history(before, Buffer<TrajectoryPoint>(8), Buffer<TrailPoint>(8), s.params, s.samples);
+    s.choose();
+    for (std::size_t i = 0; i < s.walls.left.size(); ++i) EXPECT_LT(s.walls.left.y[i], 1.3F);
+    bool is_right = false;
+    for (std::size_t i = 0; i < s.walls.right.size(); ++i) is_right = is_right || s.walls.right.y[i] > 1.9F;
+    EXPECT_EQ(is_right, known);
+  }
 }
 
 }  // namespace

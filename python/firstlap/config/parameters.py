@@ -23,7 +23,6 @@ REMOVED = {
     "servo_time": "was removed; it is car.servo_time_constant",
     "far_sigma": "was removed with its rule",
     "behind_score": "was removed with its rule",
-    "end_step": "was removed with its rule",
     "bend_radius": "was removed with its rule",
     "both_share": "was removed with its rule",
 }

@@ -55,6 +55,7 @@ RULES = (
     Rule("width: moving average", "width_window=1", 8, published=True),
     Rule("width: memory", "width_gain=0", 10),
     Rule("width: ignore wide pairs", "width_max=10", 8),
+    Rule("past a wall's end", "end_step=30", 28),
     Rule("line of sight past wall ends", "sight_step=30", 70),
     Rule("line between two lines of sight", "sight_length=0", 14),
     Rule("apex width", "apex_width=0", 5),
