@@ -34,6 +34,11 @@ struct CarGeometry {
   }
 };
 
+// [1/m] Curvature of the smallest circle that base_link can drive.
+inline double tightest_curvature(const CarGeometry& car) noexcept {
+  return std::tan(car.steering_limit) / car.wheelbase;
+}
+
 // [m] Distance from the front axle to the front bumper.
 inline double nose(const CarGeometry& car) noexcept { return car.length - car.rear_overhang - car.wheelbase; }
 

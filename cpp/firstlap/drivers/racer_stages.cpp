@@ -29,7 +29,7 @@ bool leads_back(const Centerline& line, const CenterlineParams& params) noexcept
 
 // [1/m] Curvature of the arc that the car is driving.
 double curvature_driven(const VehicleState& state, const Params& params) noexcept {
-  const double tightest = std::tan(params.car.steering_limit) / params.car.wheelbase;
+  const double tightest = tightest_curvature(params.car);
   return std::clamp(state.yaw_rate / std::max(state.speed, params.stopping_check.start_speed), -tightest, tightest);
 }
 

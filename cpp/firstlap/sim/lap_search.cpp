@@ -17,6 +17,7 @@ namespace firstlap::sim {
 namespace {
 
 constexpr double check_spacing = 0.05;   // [m] between poses that are checked for contact
+constexpr double rounding = 1e-9;        // parts of an arc
 constexpr double wall_cell = 0.25;       // [m] of the grid of walls
 constexpr double field_cell = 0.05;      // [m] of the distance field
 constexpr double max_field_cells = 4e6;  // a larger track gets a coarser field
@@ -128,13 +129,18 @@ struct Farthest {
   bool operator<(const Farthest& other) const noexcept { return traveled < other.traveled; }
 };
 
+// Number of parts of an arc, so that poses between them are close enough to check.
+int parts_of(const Arc& arc) noexcept {
+  return std::max(1, static_cast<int>(std::ceil(arc.length / check_spacing - rounding)));
+}
+
 class LapSearch {
  public:
   LapSearch(const Track& track, const CarGeometry& car, const LapSearchOptions& options)
       : progress_(track.centerline),
         body_(track.walls, enlarged(car, options.margin)),
         options_(options),
-        radius_(car.wheelbase / std::tan(car.steering_limit)) {
+        radius_(1.0 / tightest_curvature(car)) {
     for (int i = 0; i <= options.refinements; ++i) levels_.push_back(level(i));
   }
 
@@ -216,7 +222,7 @@ class LapSearch {
   }
 
   bool clear(const Pose2& from, const Arc& arc) {
-    const auto parts = std::max(1, static_cast<int>(std::ceil(arc.length / check_spacing - 1e-9)));
+    const int parts = parts_of(arc);
     for (int i = parts; i > 0; --i) {
       if (!body_.clear(along(from, {arc.curvature, arc.length * i / parts}))) return false;
     }
@@ -276,7 +282,7 @@ class LapSearch {
 
   static void append(const Arc& arc, std::vector<Pose2>& path) {
     const Pose2 from = path.back();
-    const auto parts = std::max(1, static_cast<int>(std::ceil(arc.length / check_spacing - 1e-9)));
+    const int parts = parts_of(arc);
     for (int i = 1; i <= parts; ++i) path.push_back(along(from, {arc.curvature, arc.length * i / parts}));
   }
 

@@ -23,7 +23,7 @@ struct LapSearchOptions {
   int headings = 72;
   int refinements = 2;
   double window = 6.0;
-  double wrong_way_distance = 3.0;
+  double wrong_way_distance = RaceOptions{}.wrong_way_distance;
   int max_states = 4000000;
 
   static constexpr auto fields() {

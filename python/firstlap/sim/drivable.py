@@ -86,7 +86,11 @@ class Drivable:
 def turning_radius(car: Car) -> float:
     """Radius [m] of the smallest circle of base_link: wheelbase / tan(steering limit)."""
     geometry = car.core.values()["geometry"]
-    return float(geometry["wheelbase"] / math.tan(geometry["steering_limit"]))
+    return _radius(geometry["wheelbase"], geometry["steering_limit"])
+
+
+def _radius(wheelbase: float, steering_angle: float) -> float:
+    return wheelbase / math.tan(steering_angle)
 
 
 def search_lap(track: Track, car: Car, **options: float) -> LapSearch:
@@ -150,7 +154,7 @@ def _with_radius(car: Car, radius: float) -> Car:
 
 def _smallest_radius(car: Car) -> float:
     wheelbase = car.core.values()["geometry"]["wheelbase"]
-    return float(wheelbase / math.tan(CAR_FIELDS.find("geometry.steering_limit", "car").max))
+    return _radius(wheelbase, CAR_FIELDS.find("geometry.steering_limit", "car").max)
 
 
 def _place_at(track: Track, traveled: float, pose: npt.NDArray[np.float64]) -> Place:

@@ -195,8 +195,7 @@ def _choose(
             _describe(chosen, loops, why or "around the starting position", notes)
             return chosen, pose
     if header.starting_positions:
-        notes.append("no starting position is on the loop; ignored" if why else
-                     "no starting position is on a closed track; ignored")  # fmt: skip
+        notes.append(f"no starting position is on {'the loop' if why else 'a closed track'}; ignored")
     chosen = best_loop(candidates)
     least_narrow = f"the least narrow of those at least {AS_LONG:.0%} as long as the longest"
     _describe(chosen, loops, why or ("the longest" if chosen is loops[0] else least_narrow), notes)
